@@ -1,0 +1,1 @@
+"""The service: REST API, command line, storage and the built dashboard."""

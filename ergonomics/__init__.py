@@ -1,0 +1,1 @@
+"""How bad a posture or effort is: RULA, REBA, back angle, articular stress."""

@@ -1,0 +1,1 @@
+"""What the body bears now: contacts, base velocity, external wrenches and joint torques."""

@@ -1,0 +1,1 @@
+"""The digital human: model, kinematics, dynamics, motions and the readers of recordings."""

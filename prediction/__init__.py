@@ -1,0 +1,1 @@
+"""The postures one operator will take when a robot leads their hand."""
