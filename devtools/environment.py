@@ -1,0 +1,99 @@
+"""The Python side of the set-up: ``.venv``, torch, and Ergocast with what it needs."""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import re
+import sys
+from collections.abc import Sequence
+
+from devtools.browser import find_browser
+from devtools.checkout import Checkout
+from devtools.commands import Stop, ask, call
+from devtools.torch_build import torch_commands
+from devtools.web import build_web
+
+AGAIN = "see that the network and 3 GB of disk are there and run the command again"
+
+
+def set_up(checkout: Checkout, *, tests: bool = False) -> None:
+    """Prepares ``.venv`` and the web bundle; with ``tests``, the tools of the tests too."""
+    version, choice = sys.version.split()[0], checkout.torch_choice
+    checkout.step(
+        "environment",
+        [version, sys.base_prefix],
+        [checkout.python],
+        lambda: make_environment(checkout),
+    )
+    torch = requirement(checkout, "torch")
+    checkout.step("torch", [version, choice, torch], [], lambda: install_torch(checkout, torch))
+    # Once tested here, the test tools stay: `run` after `test` must not install again.
+    tests = tests or (checkout.stamps / "browser").exists()
+    extras = (["train"] if choice != "none" else []) + (["test"] if tests else [])
+    checkout.step(
+        "packages",
+        [version, extras, checkout.project()],
+        [checkout.bin / "ergocast"],
+        lambda: install_packages(checkout, extras),
+    )
+    build_web(checkout)
+    if tests:
+        checkout.step("browser", [version], [], lambda: find_browser(checkout))
+
+
+def requirement(checkout: Checkout, name: str) -> str:
+    """Returns a package with the bounds that the ``train`` extra sets for it."""
+    extra: list[str] = checkout.project()["project"]["optional-dependencies"]["train"]
+    return next(line for line in extra if re.match(rf"{name}\b", line))
+
+
+def make_environment(checkout: Checkout) -> None:
+    """Makes ``.venv`` with this Python, anew when another version made the one there."""
+    if importlib.util.find_spec("ensurepip") is None:
+        raise Stop(
+            "This Python comes without ensurepip, so it cannot make an environment with pip.",
+            "apt install python3-venv",
+        )
+    ours = "{}.{}".format(*sys.version_info[:2])
+    theirs = ask([checkout.python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"])
+    clear = [] if theirs == ours else ["--clear"]
+    call(
+        [sys.executable, "-m", "venv", *clear, checkout.venv],
+        "The environment .venv could not be made.",
+        "delete the folder .venv, see that 3 GB of disk are free, and run the command again",
+    )
+
+
+def install_torch(checkout: Checkout, torch: str) -> None:
+    """Installs torch as a CPU build, asking pip first which build it would take."""
+    pip = [str(checkout.python), "-m", "pip", "install", "--quiet"]
+    report = None
+    if checkout.torch_choice != "none":
+        dry = ["--dry-run", "--no-deps", "--ignore-installed", "--report", "-"]
+        report = ask([*pip, *dry, torch], env=checkout.env)
+    for argv in torch_commands(
+        checkout.python,
+        torch,
+        choice=checkout.torch_choice,
+        system=platform.system(),
+        machine=platform.machine(),
+        report=report,
+    ):
+        call(
+            argv,
+            "torch could not be installed.",
+            f"{AGAIN}, or set ERGOCAST_TORCH=none to go without the gpytorch engine",
+            env=checkout.env,
+        )
+
+
+def install_packages(checkout: Checkout, extras: Sequence[str]) -> None:
+    """Installs Ergocast itself, editable, with what it depends on."""
+    target = f"{checkout.root}[{','.join(extras)}]" if extras else str(checkout.root)
+    call(
+        [checkout.python, "-m", "pip", "install", "--quiet", "--editable", target],
+        "The Python packages could not be installed.",
+        AGAIN,
+        env=checkout.env,
+    )
