@@ -1,0 +1,1 @@
+"""RULA and REBA worksheets filled in by people."""
