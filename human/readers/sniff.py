@@ -1,0 +1,56 @@
+"""Tells the format of a recording from its first bytes, never from its name."""
+
+from pathlib import Path
+from typing import Literal
+
+from human.readers.errors import TruncatedRecordingError, UnknownFormatError
+
+Format = Literal["mvnx", "bvh"]
+_HEAD_BYTES = 4096
+_XML_ENCODED_ANGLE = (b"<", b"<\x00", b"\x00<")
+
+#: (test on the head, what it is, what to do): formats that people have and that are not read here.
+_OTHERS: tuple[tuple[bytes, str, str], ...] = (
+    (b"Kaydara FBX", "a binary FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
+    (b"; FBX", "a text FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
+    (b"MATLAB 5.0", "a MATLAB file", "Export the recording as MVNX or BVH."),
+    (b"\x89HDF", "an HDF5 file", "Export the recording as MVNX or BVH."),
+    (b"PathFileType", "a TRC marker file", "Marker files are not read yet; give MVNX or BVH."),
+    (b"PK\x03\x04", "a ZIP archive", "Unpack it and give the file inside."),
+    (b"\x1f\x8b", "a gzip archive", "Unpack it and give the file inside."),
+    (b"{", "JSON", "Give MVNX or BVH."),
+)
+
+
+def sniff(path: Path) -> Format:
+    """Returns the format of a file by its content.
+
+    Raises:
+        TruncatedRecordingError: the file is missing, not a file, or empty.
+        UnknownFormatError: the content is of another format; the message names it where known.
+    """
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        raise TruncatedRecordingError(path.name, "a readable file", reason.lower()) from problem
+    text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if not text:
+        raise TruncatedRecordingError(path.name, "a recording", "an empty file")
+    if text.upper().startswith(b"HIERARCHY"):
+        return "bvh"
+    if head[1:2] == b"\x50" and head[:1] and head[0] <= 64 and b"\x00" in head:
+        raise UnknownFormatError(
+            path.name, "MVNX or BVH", "a C3D file", "Marker files are not read yet; give MVNX or BVH."
+        )
+    for magic, name, advice in _OTHERS:
+        if text.startswith(magic):
+            raise UnknownFormatError(path.name, "MVNX or BVH", name, advice)
+    # XML in UTF-16 starts with a byte order mark; the parser checks the root element.
+    if text.removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").startswith(_XML_ENCODED_ANGLE):
+        return "mvnx"
+    shown = text[:24].decode("ascii", "replace").splitlines()[0]
+    raise UnknownFormatError(
+        path.name, "MVNX or BVH", f"content that begins with {shown!r}", "Export the recording as MVNX or BVH."
+    )
