@@ -1,1 +1,45 @@
 """The digital human: model, kinematics, dynamics, motions and the readers of recordings."""
+
+from human.chain import Chain
+from human.errors import (
+    ConfigurationError,
+    HumanError,
+    ModelError,
+    MotionError,
+    RecordingError,
+    RotationError,
+    SubjectError,
+    UnknownNameError,
+    UrdfError,
+)
+from human.generate import generate_model, scale_model
+from human.kinematics import SegmentPoses, forward_kinematics, frame_poses
+from human.model import Frame, HumanModel, Subject
+from human.motion import Motion, Provenance
+from human.names import DOF_NAMES, JOINTS, SEGMENTS
+
+__all__ = [
+    "DOF_NAMES",
+    "JOINTS",
+    "SEGMENTS",
+    "Chain",
+    "ConfigurationError",
+    "Frame",
+    "HumanError",
+    "HumanModel",
+    "ModelError",
+    "Motion",
+    "MotionError",
+    "Provenance",
+    "RecordingError",
+    "RotationError",
+    "SegmentPoses",
+    "Subject",
+    "SubjectError",
+    "UnknownNameError",
+    "UrdfError",
+    "forward_kinematics",
+    "frame_poses",
+    "generate_model",
+    "scale_model",
+]

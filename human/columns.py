@@ -1,0 +1,37 @@
+"""The two steps of batched kinematics, in place: shift by an offset, turn about an axis.
+
+Rotations are stored as ``(column, row, batch)``: turning about a segment's own axis mixes two
+columns and leaves the third where it is.
+"""
+
+import numpy as np
+
+from human.model import Array
+
+
+def shift_along(columns: Array, origin: Array, offset: Array, out: Array, scratch: Array) -> None:
+    """Writes ``origin + R @ offset`` to ``out``, ``(3, batch)``; ``columns`` is ``(3, 3, batch)``."""
+    out[...] = origin
+    for axis in range(3):
+        if offset[axis] != 0.0:
+            np.multiply(columns[axis], offset[axis], out=scratch)
+            out += scratch
+
+
+def turn(columns: Array, axis: int, cosine: Array, sine: Array, scratch: Array) -> None:
+    """Turns a segment about its own axis in place: ``R <- R R_axis(angle)``.
+
+    Args:
+        columns: ``(3, 3, batch)`` [column, row].
+        axis: 0, 1 or 2.
+        cosine: ``(batch,)``.
+        sine: ``(batch,)``.
+        scratch: ``(3, 3, batch)`` work space.
+    """
+    first, second = columns[(axis + 1) % 3], columns[(axis + 2) % 3]
+    np.multiply(first, sine, out=scratch[0])
+    np.multiply(second, sine, out=scratch[1])
+    first *= cosine
+    first += scratch[1]
+    second *= cosine
+    second -= scratch[0]
