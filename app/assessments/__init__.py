@@ -1,0 +1,1 @@
+"""Candidate robot trajectories, ranked by what they do to the person."""

@@ -1,0 +1,91 @@
+"""The time grid on which a candidate is predicted, and derivatives on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from app.assessments.candidates import HandPath
+from app.assessments.poses import Array, Pose
+
+#: Steps of the prediction, s. Longer steps make the hand's closed loop coarse, shorter ones cost
+#: time and add nothing: the operators are trained on motions sampled in this range.
+LONGEST_STEP_S = 0.08
+SHORTEST_STEP_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Times of the prediction, and whether they differ from those sent.
+
+    Attributes:
+        time_s: ``(T,)`` s.
+        resampled: Whether these are not the candidate's own times.
+    """
+
+    time_s: Array
+    resampled: bool
+
+
+def prediction_grid(time_s: Array) -> Grid:
+    """Returns the times on which a trajectory sent at ``time_s`` is predicted.
+
+    Times that are already between the shortest and the longest step are taken as they are. Else
+    the same duration is divided evenly by the nearest step inside the range.
+    """
+    step = np.diff(time_s)
+    if step.max() <= LONGEST_STEP_S * (1 + 1e-9) and step.min() >= SHORTEST_STEP_S * (1 - 1e-9):
+        return Grid(time_s, False)
+    wanted = float(np.clip(np.median(step), SHORTEST_STEP_S, LONGEST_STEP_S))
+    duration = float(time_s[-1] - time_s[0])
+    count = max(2, int(np.ceil(duration / wanted - 1e-9)) + 1)
+    return Grid(np.linspace(time_s[0], time_s[-1], count), True)
+
+
+def resample(path: HandPath, grid: Grid) -> HandPath:
+    """Returns the path at the grid's times: straight between points, shortest turn."""
+    if not grid.resampled:
+        return path
+    position = np.stack(
+        [np.interp(grid.time_s, path.time_s, path.pose.position[:, k]) for k in range(3)], axis=1
+    )
+    if path.position_only:
+        rotation = np.broadcast_to(path.pose.rotation[0], (len(grid.time_s), 3, 3))
+    else:
+        turn = Slerp(path.time_s, Rotation.from_matrix(path.pose.rotation))
+        rotation = turn(np.clip(grid.time_s, path.time_s[0], path.time_s[-1])).as_matrix()
+    return HandPath(grid.time_s, Pose(rotation, position), path.position_only, path.grasp)
+
+
+def cubic_operators(time_s: Array, half_width_s: float) -> tuple[Array, Array, Array]:
+    """Returns matrices that smooth samples and differentiate them once and twice.
+
+    At each instant a cubic is fitted by least squares to the samples within ``half_width_s``
+    (at least five, else all there are, with the degree lowered to match).
+
+    Args:
+        time_s: ``(T,)`` strictly increasing, s.
+        half_width_s: Half the window, s.
+
+    Returns:
+        ``(T, T)`` each: value, first and second derivative, to be applied from the left.
+
+    Derived here: row i is row k of the pseudo-inverse of the local Vandermonde matrix, times k!.
+    """
+    count = len(time_s)
+    operators = np.zeros((3, count, count))
+    for i, now in enumerate(time_s):
+        near = np.flatnonzero(np.abs(time_s - now) <= half_width_s)
+        if len(near) < 5:
+            first = int(np.clip(i - 2, 0, max(0, count - 5)))
+            near = np.arange(first, min(count, first + 5))
+        degree = min(3, len(near) - 1)
+        scale = max(np.abs(time_s[near] - now).max(), 1e-12)
+        vandermonde = np.vander((time_s[near] - now) / scale, degree + 1, increasing=True)
+        rows = np.linalg.pinv(vandermonde)
+        operators[0, i, near] = rows[0]
+        if degree >= 1:
+            operators[1, i, near] = rows[1] / scale
+        if degree >= 2:
+            operators[2, i, near] = 2 * rows[2] / scale**2
+    return operators[0], operators[1], operators[2]
