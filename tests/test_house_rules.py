@@ -78,7 +78,7 @@ def test_every_link_of_the_documents_leads_somewhere() -> None:
 
 
 def test_helpers_are_named_after_their_subject_and_files_stay_readable() -> None:
-    python = [(name, text) for name, text in texts() if name.endswith(".py")]
+    python = [(name, text) for name, text in texts().items() if name.endswith(".py")]
     assert [name for name, _ in python if re.search(r"(^|/)(utils?|helpers|misc)\.py$", name)] == []
     long = {name: len(text.splitlines()) for name, text in python}
     assert {name: lines for name, lines in long.items() if lines > LONGEST} == {}
