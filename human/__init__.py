@@ -1,6 +1,7 @@
 """The digital human: model, kinematics, dynamics, motions and the readers of recordings."""
 
 from human.chain import Chain
+from human.differentiate import Derivatives, LocalCubic, motion_from_configurations
 from human.errors import (
     ConfigurationError,
     HumanError,
@@ -24,9 +25,11 @@ __all__ = [
     "SEGMENTS",
     "Chain",
     "ConfigurationError",
+    "Derivatives",
     "Frame",
     "HumanError",
     "HumanModel",
+    "LocalCubic",
     "ModelError",
     "Motion",
     "MotionError",
@@ -41,5 +44,6 @@ __all__ = [
     "forward_kinematics",
     "frame_poses",
     "generate_model",
+    "motion_from_configurations",
     "scale_model",
 ]

@@ -159,7 +159,7 @@ class Chain:
         return position, columns, out
 
     def _fill_linear(self, out: Array, tip: Array, centers: list[Array], scratch: Array) -> None:
-        """Writes ``axis x (tip - joint centre)`` into the linear rows; the angular ones hold axes."""
+        """Writes ``axis x (tip - joint centre)`` to the linear rows; the angular ones hold axes."""
         for center, (_, turns) in zip(centers, self._joints, strict=True):
             if not turns:
                 continue
