@@ -1,0 +1,117 @@
+"""The arm a predictor works on: what it needs of a kinematic chain, and chains with fewer joints.
+
+`human.Chain` fits the protocol; so does any toy arm with the same four members.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Task = Literal["pose", "position"]
+TASKS: tuple[Task, ...] = ("pose", "position")
+
+
+class TaskChain(Protocol):
+    """A serial chain from a fixed base to a hand."""
+
+    @property
+    def dof_names(self) -> Sequence[str]:
+        """Joint names, ``n`` of them."""
+
+    @property
+    def lower(self) -> Array:
+        """Lower joint limits, ``(n,)`` rad."""
+
+    @property
+    def upper(self) -> Array:
+        """Upper joint limits, ``(n,)`` rad."""
+
+    def forward_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
+        """Returns hand position, rotation and Jacobian.
+
+        Args:
+            q: ``(..., n)`` rad.
+
+        Returns:
+            Position ``(..., p)`` m and rotation ``(..., 3, 3)`` in base axes, and the Jacobian
+            ``(..., p + r, n)``, linear rows first. ``p`` is 3 (2 for a planar arm) and ``r`` is 3
+            (0 for an arm whose orientation is no task).
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class JointReduction:
+    """Which joints are learned, and how the others follow them.
+
+    A joint that never moves, or that moves as a fixed combination of others (a motion-capture suit that
+    spreads one measured spine angle over four joints), has no law of its own to learn and makes
+    densities meaningless. Such a joint is dropped from the learned set and follows it:
+    ``dq_all = expansion @ dq_kept``. Its rows are the least-squares coupling seen in the
+    demonstrations, so a locked joint stays where it starts and a dependent one keeps its share.
+
+    Attributes:
+        names: All joint names, ``n``.
+        kept: Indices of the learned joints, ``(r,)``.
+        expansion: ``(n, r)``.
+    """
+
+    names: tuple[str, ...]
+    kept: NDArray[np.int64]
+    expansion: Array
+
+    @classmethod
+    def identity(cls, names: Sequence[str]) -> "JointReduction":
+        """Keeps every joint."""
+        size = len(names)
+        return cls(tuple(names), np.arange(size), np.eye(size))
+
+    @property
+    def kept_names(self) -> tuple[str, ...]:
+        """Names of the learned joints."""
+        return tuple(self.names[i] for i in self.kept)
+
+    @property
+    def dropped_names(self) -> tuple[str, ...]:
+        """Names of the joints that follow."""
+        kept = set(self.kept.tolist())
+        return tuple(name for i, name in enumerate(self.names) if i not in kept)
+
+    def coupling(self, name: str) -> dict[str, float]:
+        """Returns what a dropped joint follows: share by learned joint, empty if it is locked."""
+        row = self.expansion[self.names.index(name)]
+        return {self.names[i]: float(c) for i, c in zip(self.kept, row, strict=True) if c != 0.0}
+
+    def expand(self, q_kept: Array, anchor: Array) -> Array:
+        """Returns all joints ``(..., n)`` of learned ones ``(..., r)`` that started at ``anchor``."""
+        return anchor + (q_kept - anchor[..., self.kept]) @ self.expansion.T
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedChain:
+    """A chain seen through its learned joints, the others following from an anchor posture.
+
+    Attributes:
+        chain: The whole chain.
+        reduction: Learned joints.
+        anchor: Posture all joints start from, ``(n,)``, or ``(..., n)`` for one per leading row.
+        task: ``pose`` keeps all rows of the Jacobian, ``position`` the linear ones.
+    """
+
+    chain: TaskChain
+    reduction: JointReduction
+    anchor: Array
+    task: Task = "pose"
+
+    def expand(self, q: Array) -> Array:
+        """Returns all joints, ``(..., n)``."""
+        return self.reduction.expand(q, self.anchor)
+
+    def forward_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
+        """As `TaskChain.forward_and_jacobian`, on the learned joints and the rows of the task."""
+        position, rotation, jacobian = self.chain.forward_and_jacobian(self.expand(q))
+        rows = position.shape[-1] if self.task == "position" else jacobian.shape[-2]
+        return position, rotation, jacobian[..., :rows, :] @ self.reduction.expansion

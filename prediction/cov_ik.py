@@ -1,0 +1,107 @@
+"""Cov-IK: condition the demonstrated joint-velocity covariance on the hand velocity."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prediction.demonstrations import Demonstrations
+from prediction.null_space import NullSpaceBasis, NullSpaceFrame
+from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
+
+Array = NDArray[np.float64]
+
+#: Weight of the diagonal added to the covariance: one motion's covariance is near low rank, and the
+#: hand must stay reachable when a joint that hardly moved is needed.
+SHRINKAGE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class CovIk(Predictor):
+    """The joint velocity of a Gaussian, given that the hand moves as led.
+
+    One second moment of the demonstrations says how the joints move together; it is the strongest
+    baseline known and has nothing to tune. Use `MiNsGp` when the posture preference depends on where the
+    person is. The mean is zero, not the demonstrated one: a hand at rest means a body at rest.
+
+    Attributes:
+        second_moment: Shrunk second moment C of joint velocities, ``(n, n)``.
+        scale: Calibration of the variance (does not move the mean).
+        reference: Null-space axes.
+
+    Source: Gaussian conditioning; eq. 3 of Vianello et al. 2021 with W = C, whose minimiser of
+    ``dq' C^-1 dq`` is the conditional mean ``C J' (J C J')^-1 xdot``.
+    """
+
+    name: ClassVar[str] = "cov-ik"
+
+    second_moment: Array
+    scale: float
+    reference: NullSpaceBasis
+
+    @classmethod
+    def fit(
+        cls,
+        demonstrations: Demonstrations,
+        rng: np.random.Generator,
+        *,
+        progress: Progress | None = None,
+        should_stop: ShouldStop | None = None,
+    ) -> Self:
+        """Takes the second moment; ``rng`` is not used."""
+        check_stop(should_stop)
+        demonstrations.check_enough()
+        moment = demonstrations.qdot.T @ demonstrations.qdot / len(demonstrations)
+        moment = moment + SHRINKAGE * np.diag(np.diagonal(moment))
+        return cls(moment, 1.0, NullSpaceBasis.around(demonstrations.jacobian))
+
+    @property
+    def basis(self) -> NullSpaceBasis:
+        """The null-space axes."""
+        return self.reference
+
+    @property
+    def weights(self) -> Array:
+        """The second moment is the weight matrix."""
+        return self.second_moment
+
+    def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
+        """Zero: the whole mean is in the weights."""
+        return np.zeros((*q.shape[:-1], self.reference.redundancy))
+
+    def null_covariance(
+        self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
+    ) -> Array:
+        """What the hand leaves open: ``V' (C - C J' (J C J')^-1 J C) V``.
+
+        Computed as ``(V' C^-1 V)^-1``, equal by the inverse of a partitioned matrix and positive
+        definite however small it is.
+        """
+        V = frame.matrix()
+        precision = np.swapaxes(V, -1, -2) @ np.linalg.solve(self.second_moment, V)
+        return np.asarray(self.scale * np.linalg.inv(precision))
+
+    def rescaled(self, factor: float) -> Self:
+        """Multiplies the variance; W and so the mean stay."""
+        return replace(self, scale=self.scale * factor)
+
+    def refitted(self, demonstrations: Demonstrations) -> Self:
+        """Takes the second moment of other demonstrations."""
+        return type(self).fit(demonstrations, np.random.default_rng(0))
+
+    def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Axes, second moment and calibration."""
+        arrays = {
+            "second_moment": self.second_moment,
+            "rows": self.reference.rows,
+            "null": self.reference.null,
+        }
+        return arrays, {"scale": self.scale}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Array], values: Mapping[str, Any]) -> Self:
+        """Rebuilds."""
+        basis = NullSpaceBasis(arrays["rows"], arrays["null"])
+        return cls(arrays["second_moment"], float(values["scale"]), basis)

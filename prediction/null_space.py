@@ -1,0 +1,172 @@
+"""Weighted pseudo-inverses and a null-space basis that never flips.
+
+The singular value decomposition fixes the null space of a Jacobian but not the axes in it: signs and
+rotations are up to the LAPACK at hand, and a regression on coordinates that jump learns nothing. Here
+the axes are those of one reference null space, carried to each posture by an orthogonal map that is
+smooth in the posture, so coordinates of neighbouring postures can be compared.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prediction.small_systems import solve_lower, solve_spd, upper_cholesky
+
+Array = NDArray[np.float64]
+
+
+def weighted_rows(weights: Array, jacobian: Array) -> Array:
+    """Returns ``J W``, for diagonal or full weights.
+
+    Args:
+        weights: Diagonal ``(n,)`` or full ``(..., n, n)`` symmetric positive definite.
+        jacobian: ``(..., m, n)``.
+
+    Returns:
+        ``(..., m, n)``.
+    """
+    return jacobian * weights if weights.ndim == 1 else jacobian @ weights
+
+
+def weighted_solution(weights: Array, jacobian: Array, task: Array) -> Array:
+    """Returns ``J_W^+ x``: the joint velocity with ``J dq = x`` of least ``dq' W^-1 dq``.
+
+    Args:
+        weights: ``(n,)`` or ``(..., n, n)``.
+        jacobian: ``(..., m, n)``.
+        task: ``(..., m)``.
+
+    Returns:
+        ``(..., n)``.
+
+    Source: Vianello et al. 2021, section IV-A.
+    """
+    rows = weighted_rows(weights, jacobian)
+    multiplier = solve_spd(rows @ np.swapaxes(jacobian, -1, -2), task[..., None])[..., 0]
+    return np.einsum("...mn,...m->...n", rows, multiplier)
+
+
+def weighted_pseudo_inverse(weights: Array, jacobian: Array) -> Array:
+    """Returns ``J_W^+ = W J' (J W J')^-1``, shape ``(..., n, m)``; arguments as above."""
+    rows = weighted_rows(weights, jacobian)
+    return np.swapaxes(solve_spd(rows @ np.swapaxes(jacobian, -1, -2), rows), -1, -2)
+
+
+def row_space(jacobian: Array) -> tuple[Array, Array]:
+    """Returns an orthonormal basis of the row space and ``log det(J J') / 2``.
+
+    Args:
+        jacobian: ``(..., m, n)`` of full row rank.
+
+    Returns:
+        The basis, as rows ``(..., m, n)``, and the log volume ``(...)``.
+    """
+    factor = upper_cholesky(jacobian @ np.swapaxes(jacobian, -1, -2))
+    log_volume = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(-1)
+    return solve_lower(np.swapaxes(factor, -1, -2), jacobian), log_volume
+
+
+@dataclass(frozen=True, slots=True)
+class NullSpaceBasis:
+    """A smooth orthonormal basis ``V(q)`` of the null space, tied to one reference null space.
+
+    With ``R`` the row space of J, its rows chosen so that ``C = R R_ref'`` is upper triangular with a
+    positive diagonal (a Cholesky factor, hence unique), the map
+    ``U = I - (R + R_ref)' (I + C)^-1 (R + R_ref)``, restricted to the reference null space, is
+    ``V = V_ref - (R + R_ref)' (I + C)^-1 R V_ref``. It is orthonormal, spans the null space of J, is
+    the identity at the reference and depends on J through its row space alone: signs and rotations of
+    any decomposition cannot change it. Only triangular m x m systems are solved; no SVD.
+
+    Derived here: with ``Y = -(R + R_ref)'`` and ``M = I + C``, ``Y'Y = M + M'``, so
+    ``I - Y M^-1 Y'`` is orthogonal for any two orthonormal row sets, and it sends ``-R_ref`` to ``R``;
+    therefore it sends the complement of the one to the complement of the other. ``I + C`` is always
+    regular because the diagonal of C is positive.
+
+    Attributes:
+        rows: Orthonormal rows of the reference row space, ``(m, n)``.
+        null: Orthonormal columns of the reference null space, ``(n, k)``.
+    """
+
+    rows: Array
+    null: Array
+
+    @classmethod
+    def around(cls, jacobian: Array) -> "NullSpaceBasis":
+        """Takes as reference the null space nearest to those of many postures.
+
+        Args:
+            jacobian: ``(samples, m, n)``.
+
+        Returns:
+            The basis whose reference is spanned by the leading eigenvectors of the mean null-space
+            projector.
+        """
+        rows, _ = row_space(jacobian)
+        task_dim = rows.shape[-2]
+        mean_projector = np.einsum("tmi,tmj->ij", rows, rows) / len(rows)
+        _, vectors = np.linalg.eigh(mean_projector)
+        null, reference = vectors[:, :-task_dim], vectors[:, -task_dim:]
+        return cls(rows=np.ascontiguousarray(reference.T), null=np.ascontiguousarray(null))
+
+    @property
+    def redundancy(self) -> int:
+        """Number of null-space coordinates, k = n - m."""
+        return self.null.shape[1]
+
+    def frame(self, jacobian: Array) -> "NullSpaceFrame":
+        """Returns the basis at the postures of ``jacobian`` ``(..., m, n)``."""
+        raw, log_volume = row_space(jacobian)
+        overlap = raw @ self.rows.T
+        factor = upper_cholesky(np.swapaxes(overlap, -1, -2) @ overlap)
+        aligned = solve_lower(np.swapaxes(factor, -1, -2), np.swapaxes(overlap, -1, -2) @ raw)
+        return NullSpaceFrame(self, aligned, factor, log_volume)
+
+
+@dataclass(frozen=True, slots=True)
+class NullSpaceFrame:
+    """The null-space basis at given postures; see `NullSpaceBasis`.
+
+    Attributes:
+        basis: Reference.
+        rows: Aligned orthonormal rows R, ``(..., m, n)``.
+        overlap: Upper triangular ``C = R R_ref'``, ``(..., m, m)``.
+        log_volume: ``log det(J J') / 2``, ``(...)``.
+    """
+
+    basis: NullSpaceBasis
+    rows: Array
+    overlap: Array
+    log_volume: Array
+
+    def compose(self, y: Array) -> Array:
+        """Returns the joint velocity ``V y`` ``(..., n)`` of null-space coordinates ``(..., k)``."""
+        flat = y @ self.basis.null.T
+        inner = np.einsum("...mn,...n->...m", self.rows, flat)
+        reduced = np.linalg.solve(self._shifted(), inner[..., None])[..., 0]
+        turned = np.einsum("...mn,...m->...n", self.rows, reduced)
+        return flat - turned - reduced @ self.basis.rows
+
+    def coordinates(self, velocity: Array) -> Array:
+        """Returns ``V' v`` ``(..., k)`` of joint velocities ``(..., n)``."""
+        both = np.einsum("...mn,...n->...m", self.rows, velocity) + velocity @ self.basis.rows.T
+        reduced = solve_lower(np.swapaxes(self._shifted(), -1, -2), both[..., None])[..., 0]
+        turned = np.einsum("...mn,...m->...n", self.rows, reduced)
+        return (velocity - turned) @ self.basis.null
+
+    def matrix(self) -> Array:
+        """Returns ``V`` itself, ``(..., n, k)``."""
+        inner = self.rows @ self.basis.null
+        reduced = np.linalg.solve(self._shifted(), inner)
+        both = self.rows + self.basis.rows
+        return self.basis.null - np.swapaxes(both, -1, -2) @ reduced
+
+    def alignment(self) -> Array:
+        """Returns the least cosine between this null space and the reference, ``(...)``.
+
+        Near 0 the two are orthogonal in some direction and the basis may turn quickly.
+        """
+        return np.linalg.svd(self.overlap, compute_uv=False)[..., -1]
+
+    def _shifted(self) -> Array:
+        return self.overlap + np.eye(self.overlap.shape[-1])

@@ -1,0 +1,219 @@
+"""Search for the weights W of the pseudo-inverse that make the demonstrations most likely.
+
+W and c W are the same model, so the search runs over log weights of mean zero.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from prediction.demonstrations import Demonstrations
+from prediction.null_space import NullSpaceBasis, weighted_solution
+from prediction.predictor import Progress, ShouldStop, check_stop
+from prediction.small_systems import solve_spd
+
+Array = NDArray[np.float64]
+Optimizer = Literal["bipop", "gradient"]
+OPTIMIZERS: tuple[Optimizer, ...] = ("bipop", "gradient")
+
+#: Bound of |log w| about its mean: beyond a ratio of e^8 a joint is locked or free for any purpose.
+LOG_WEIGHT_BOUND = 4.0
+
+
+class NullSpaceTargets:
+    """Null-space coordinates of the demonstrations as a function of W.
+
+    ``y(W) = V' (dq - J_W^+ J dq)``; only ``J_W^+`` depends on W, so W acts as a mean function and the
+    Gram matrix of the inputs never changes.
+
+    Args:
+        demonstrations: N samples.
+        basis: Null-space axes.
+    """
+
+    def __init__(self, demonstrations: Demonstrations, basis: NullSpaceBasis) -> None:
+        """Precomputes what does not depend on W."""
+        J = demonstrations.jacobian
+        self._jacobian = J
+        self._xdot = demonstrations.xdot
+        frame = basis.frame(J)
+        self._V = frame.matrix()
+        self._free = np.einsum("tnk,tn->tk", self._V, demonstrations.qdot)
+        # Products of Jacobian rows: J W J' is then one matrix product for a whole population.
+        self._products = np.einsum("tin,tjn->tijn", J, J)
+
+    def many(self, log_weights: Array) -> Array:
+        """Returns y for log weights ``(P, n)``, as ``(P, N, k)``."""
+        weights = np.exp(log_weights)
+        count, task_dim, _, joints = self._products.shape
+        gram = self._products.reshape(-1, joints) @ weights.T
+        gram = np.moveaxis(gram.reshape(count, task_dim, task_dim, len(weights)), -1, 1)
+        right = np.broadcast_to(self._xdot[:, None, :, None], (count, len(weights), task_dim, 1))
+        multiplier = solve_spd(gram, right)[..., 0]
+        moved = (multiplier @ self._jacobian) * weights
+        return np.asarray(self._free - np.swapaxes(moved @ self._V, 0, 1))
+
+    def one(self, log_weights: Array) -> Array:
+        """Returns y for log weights ``(n,)``, as ``(N, k)``."""
+        return np.asarray(self.many(log_weights[None])[0])
+
+    def pull_back(self, log_weights: Array, slope: Array) -> Array:
+        """Returns the derivative by log weights ``(n,)`` of a score with ``slope`` = d score / d y.
+
+        Derived here: ``d(J_W^+ u) / d log w_j = P_W e_j (J_W^+ u)_j`` with ``P_W = I - J_W^+ J``.
+        """
+        weights = np.exp(log_weights)
+        followed = weighted_solution(weights, self._jacobian, self._xdot)
+        in_joints = np.einsum("tnk,tk->tn", self._V, slope)
+        # P_W' v = v - J' (J W J')^-1 J W v, the transpose acting on joint-space rows.
+        inner = np.einsum("tmn,tn->tm", self._jacobian, weights * in_joints)
+        gram = np.einsum("tijn,n->tij", self._products, weights)
+        multiplier = solve_spd(gram, inner[..., None])[..., 0]
+        projected = in_joints - np.einsum("tmn,tm->tn", self._jacobian, multiplier)
+        return -(projected * followed).sum(axis=0)
+
+
+@dataclass(frozen=True, slots=True)
+class WeightSearch:
+    """Result of a search.
+
+    Attributes:
+        log_weights: ``(n,)`` of mean zero.
+        score: Log likelihood a sample there.
+        evaluations: How many candidates were scored.
+    """
+
+    log_weights: Array
+    score: float
+    evaluations: int
+
+
+def mean_zero_axes(joints: int) -> Array:
+    """Returns orthonormal axes ``(joints, joints - 1)`` of the log weights of mean zero."""
+    centred = np.eye(joints) - 1.0 / joints
+    _, vectors = np.linalg.eigh(centred)
+    return np.asarray(vectors[:, 1:])
+
+
+def _bounded(log_weights: Array) -> tuple[Array, Array]:
+    clipped = np.clip(log_weights, -LOG_WEIGHT_BOUND, LOG_WEIGHT_BOUND)
+    return clipped, ((log_weights - clipped) ** 2).sum(-1)
+
+
+def search_bipop(
+    score: Callable[[Array], Array],
+    start: Array,
+    rng: np.random.Generator,
+    *,
+    max_evaluations: int,
+    step: float = 0.5,
+    restarts: int = 2,
+    progress: Progress | None = None,
+    should_stop: ShouldStop | None = None,
+) -> WeightSearch:
+    """Maximises a score over log weights by BIPOP-CMA-ES.
+
+    Args:
+        score: Scores log weights ``(P, n)``, ``(P,)``.
+        start: First log weights, ``(n,)``.
+        rng: All randomness.
+        max_evaluations: Budget of candidates.
+        step: First standard deviation.
+        restarts: Restarts after the first run, alternating large and small populations.
+        progress: Told the best score after each generation.
+        should_stop: Asked after each generation.
+
+    Returns:
+        The best log weights seen.
+
+    Source: Hansen 2009, BIPOP-CMA-ES (the regimes' population sizes and steps); pycma runs each.
+    """
+    import cma  # here, so that prediction needs no optimiser at run time
+
+    axes = mean_zero_axes(len(start))
+    best, best_score, spent = start - start.mean(), -np.inf, 0
+    default = 4 + int(3 * np.log(axes.shape[1]))
+    large, budget_large, budget_small = default, 0, 0
+    for run in range(restarts + 1):
+        small_run = run > 0 and budget_small < budget_large
+        if run == 0:
+            population, sigma, centre = default, step, start
+        elif small_run:
+            u = rng.uniform()
+            population = int(default * max(1.0, 0.5 * large / default) ** (u**2))
+            sigma, centre = step * 10 ** (-2 * rng.uniform()), rng.normal(0, 1, len(start))
+        else:
+            large *= 2
+            population, sigma, centre = large, step, rng.normal(0, 1, len(start))
+        options = {
+            "popsize": population,
+            "seed": np.nan,
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "verbose": -9,
+            "verb_log": 0,
+            "tolfun": 1e-7,
+            "tolx": 1e-5,
+            "maxfevals": max_evaluations - spent,
+        }
+        strategy = cma.CMAEvolutionStrategy(axes.T @ centre, sigma, options)
+        before = spent
+        while not strategy.stop() and spent + population <= max_evaluations:
+            check_stop(should_stop)
+            asked = strategy.ask()
+            log_weights, excess = _bounded(np.asarray(asked) @ axes.T)
+            values = score(log_weights) - excess
+            values = np.where(np.isfinite(values), values, -1e12)
+            strategy.tell(asked, (-values).tolist())
+            spent += population
+            top = int(np.argmax(values))
+            if values[top] > best_score:
+                best, best_score = log_weights[top], float(values[top])
+            if progress is not None:
+                progress("searching the joint weights", spent / max_evaluations, best_score)
+        if small_run:
+            budget_small += spent - before
+        else:
+            budget_large += spent - before
+        if spent + default > max_evaluations:
+            break
+    return WeightSearch(best - best.mean(), best_score, spent)
+
+
+def search_gradient(
+    score_and_slope: Callable[[Array], tuple[float, Array]],
+    start: Array,
+    *,
+    max_evaluations: int,
+    should_stop: ShouldStop | None = None,
+) -> WeightSearch:
+    """Maximises a score over log weights by L-BFGS-B with its exact gradient.
+
+    Args:
+        score_and_slope: Score and its derivative ``(n,)`` at log weights ``(n,)``.
+        start: First log weights.
+        max_evaluations: Budget of evaluations.
+        should_stop: Asked at each evaluation.
+
+    Returns:
+        The best log weights.
+    """
+
+    def negative(log_weights: Array) -> tuple[float, Array]:
+        check_stop(should_stop)
+        value, slope = score_and_slope(log_weights)
+        return -value, -slope
+
+    found = scipy.optimize.minimize(
+        negative,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(-LOG_WEIGHT_BOUND, LOG_WEIGHT_BOUND)] * len(start),
+        options={"maxfun": max_evaluations, "ftol": 1e-12, "gtol": 1e-7},
+    )
+    log_weights = found.x - found.x.mean()
+    return WeightSearch(log_weights, float(-found.fun), int(found.nfev))
