@@ -1,9 +1,26 @@
 """How bad a posture or effort is: RULA, REBA, back angle, articular stress."""
 
 from .errors import CostError, ErgonomicsError, PostureError, UnmeasuredError, WorksheetError
+from .evidence import Evidence
 from .method_data import MethodData, method_data
 from .reba import RebaResult, score_reba_worksheet
+from .reba_arrays import (
+    RebaInputs,
+    RebaInterval,
+    RebaScores,
+    explain_reba,
+    score_reba,
+    score_reba_interval,
+)
 from .rula import RulaResult, score_rula_worksheet
+from .rula_arrays import (
+    RulaInputs,
+    RulaInterval,
+    RulaScores,
+    explain_rula,
+    score_rula,
+    score_rula_interval,
+)
 from .rules import DEFAULT_RULES, ScoringRules
 from .worksheet import score_worksheet
 
@@ -11,15 +28,28 @@ __all__ = [
     "DEFAULT_RULES",
     "CostError",
     "ErgonomicsError",
+    "Evidence",
     "MethodData",
     "PostureError",
+    "RebaInputs",
+    "RebaInterval",
     "RebaResult",
+    "RebaScores",
+    "RulaInputs",
+    "RulaInterval",
     "RulaResult",
+    "RulaScores",
     "ScoringRules",
     "UnmeasuredError",
     "WorksheetError",
+    "explain_reba",
+    "explain_rula",
     "method_data",
+    "score_reba",
+    "score_reba_interval",
     "score_reba_worksheet",
+    "score_rula",
+    "score_rula_interval",
     "score_rula_worksheet",
     "score_worksheet",
 ]

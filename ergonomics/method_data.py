@@ -56,6 +56,7 @@ class MethodData:
         name: ``RULA`` or ``REBA``.
         parts: By name.
         tables: ``A``, ``B``, ``C`` as ``uint8`` arrays; axes count from score 1.
+        axes: Names of the axes of each table.
         final_low: Least final score.
         final_high: Greatest final score.
         action_levels: In ascending order.
@@ -65,6 +66,7 @@ class MethodData:
     name: str
     parts: Mapping[str, Part]
     tables: Mapping[str, NDArray[np.uint8]]
+    axes: Mapping[str, tuple[str, ...]]
     final_low: int
     final_high: int
     action_levels: tuple[ActionLevel, ...]
@@ -106,6 +108,7 @@ def method_data(method: Method) -> MethodData:
         name=raw["method"],
         parts=MappingProxyType({name: _part(part) for name, part in raw["parts"].items()}),
         tables=MappingProxyType(tables),
+        axes=MappingProxyType({k: tuple(table["axes"]) for k, table in raw["tables"].items()}),
         final_low=low,
         final_high=high,
         action_levels=tuple(

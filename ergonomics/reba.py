@@ -116,7 +116,7 @@ def reba_from_checked(
     }
     for part, tally in tallies.items():
         tally.hold(data.parts[part])
-    tallies["load"] = _load(sheet["load"])
+    tallies["load"] = _load(sheet["load"], measured)
     coupling = sheet["coupling"]
     points = int(data.other["coupling"][coupling])
     tallies["coupling"] = Tally(points, [f"{points}: {coupling} grip"])
@@ -192,7 +192,10 @@ def _legs(section: CheckedSheet, rules: ScoringRules) -> Tally:
     return tally
 
 
-def _load(section: CheckedSheet) -> Tally:
+def _load(section: CheckedSheet, measured: Mapping[str, str]) -> Tally:
+    if "points" in section:
+        points = section["points"]
+        return Tally(points, [measured.get("load", f"{points}: as stated")])
     data = method_data("reba").other["load"]
     small, large = data["limits_kg"]
     kg = section["kg"]

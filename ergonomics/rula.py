@@ -122,12 +122,13 @@ def rula_from_checked(
     for side in "ab":
         muscle = sheet[f"muscle_use_{side}"]
         score[f"muscle_{side}"] = muscle
-        reasons[f"muscle_{side}"] = (
-            "1: held long, or repeated 4 times a minute or more" if muscle else "0: none stated"
+        reasons[f"muscle_{side}"] = measured.get(
+            f"muscle_{side}",
+            "1: held long, or repeated 4 times a minute or more" if muscle else "0: none stated",
         )
         force, why = force_points(sheet[f"force_{side}"], rules.profile)
         score[f"force_{side}"] = force
-        reasons[f"force_{side}"] = why
+        reasons[f"force_{side}"] = measured.get(f"force_{side}", why)
     for table, axes, name in (
         ("A", ("upper_arm", "lower_arm", "wrist", "wrist_twist"), "posture_a"),
         ("B", ("neck", "trunk", "legs"), "posture_b"),
