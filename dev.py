@@ -122,6 +122,14 @@ def setup(checkout: Checkout, options: argparse.Namespace) -> None:
     set_up(checkout)
 
 
+def port_number(text: str) -> int:
+    """Returns a port from the command line; the system itself would wrap a larger number."""
+    port = int(text)
+    if not 0 < port < 65536:
+        raise argparse.ArgumentTypeError(f"{port} is not between 1 and 65535")
+    return port
+
+
 def parser() -> argparse.ArgumentParser:
     """Returns the command line's grammar."""
     top = argparse.ArgumentParser(prog="dev.py", description="Sets up, runs and checks Ergocast.")
@@ -136,7 +144,7 @@ def parser() -> argparse.ArgumentParser:
 
     serve = command("run", run, "set up, load the demo, serve dashboard and API")
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on")
-    serve.add_argument("--port", default=8000, type=int, help="port to listen on")
+    serve.add_argument("--port", default=8000, type=port_number, help="port to listen on")
     serve.add_argument("--data", help="folder for everything the service keeps")
     tests = command("test", test, "set up, run every check; with arguments, pytest alone")
     tests.add_argument("arguments", nargs="*", help="handed to pytest")

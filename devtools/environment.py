@@ -16,13 +16,15 @@ from devtools.web import build_web
 
 AGAIN = "see that the network and 3 GB of disk are there and run the command again"
 
+WHICH_PYTHON = "import sys; print('{}.{}'.format(*sys.version_info[:2]), sys.base_prefix)"
+
 
 def set_up(checkout: Checkout, *, tests: bool = False) -> None:
     """Prepares ``.venv`` and the web bundle; with ``tests``, the tools of the tests too."""
-    version, choice = sys.version.split()[0], checkout.torch_choice
+    version, choice = which_python(), checkout.torch_choice
     checkout.step(
         "environment",
-        [version, sys.base_prefix],
+        version,
         [checkout.python],
         lambda: make_environment(checkout),
     )
@@ -42,6 +44,11 @@ def set_up(checkout: Checkout, *, tests: bool = False) -> None:
         checkout.step("browser", [version], [], lambda: find_browser(checkout))
 
 
+def which_python() -> str:
+    """Returns version and place of the running Python; a patch release makes no difference."""
+    return "{}.{} {}".format(*sys.version_info[:2], sys.base_prefix)
+
+
 def requirement(checkout: Checkout, name: str) -> str:
     """Returns a package with the bounds that the ``train`` extra sets for it."""
     extra: list[str] = checkout.project()["project"]["optional-dependencies"]["train"]
@@ -49,15 +56,14 @@ def requirement(checkout: Checkout, name: str) -> str:
 
 
 def make_environment(checkout: Checkout) -> None:
-    """Makes ``.venv`` with this Python, anew when another version made the one there."""
+    """Makes ``.venv`` with this Python, anew when another one made what is there."""
     if importlib.util.find_spec("ensurepip") is None:
         raise Stop(
             "This Python comes without ensurepip, so it cannot make an environment with pip.",
             "apt install python3-venv",
         )
-    ours = "{}.{}".format(*sys.version_info[:2])
-    theirs = ask([checkout.python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"])
-    clear = [] if theirs == ours else ["--clear"]
+    # Half of one Python and half of another is worse than starting over.
+    clear = [] if ask([checkout.python, "-c", WHICH_PYTHON]) == which_python() else ["--clear"]
     call(
         [sys.executable, "-m", "venv", *clear, checkout.venv],
         "The environment .venv could not be made.",

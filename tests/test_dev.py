@@ -196,6 +196,17 @@ def test_without_torch_the_train_extra_stays_out(
     assert installs[-1][-1] == str(checkout.root)
 
 
+@pytest.mark.parametrize(("same", "cleared"), [(True, False), (False, True)])
+def test_the_environment_of_another_python_is_made_anew(
+    checkout: Checkout, monkeypatch: pytest.MonkeyPatch, same: bool, cleared: bool
+) -> None:
+    commands: list[list[object]] = []
+    monkeypatch.setattr(environment, "call", lambda argv, *rest: commands.append(argv))
+    script(checkout.python, f"echo '{environment.which_python()}{'' if same else '.1'}'")
+    environment.make_environment(checkout)
+    assert ("--clear" in commands[0]) is cleared
+
+
 def test_a_python_without_ensurepip_is_told_the_package(
     checkout: Checkout, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -332,6 +343,13 @@ def test_a_taken_port_is_said_with_a_free_one() -> None:
             dev.check_port("127.0.0.1", port)
     assert stop.value.remedy == f"python3 dev.py run --port {port + 1}"
     dev.check_port("127.0.0.1", port)
+
+
+@pytest.mark.parametrize("port", ["0", "99999", "-1"])
+def test_an_impossible_port_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        dev.main(["run", f"--port={port}"])
+    assert "between 1 and 65535" in capsys.readouterr().err
 
 
 def test_a_foreign_address_is_said() -> None:
