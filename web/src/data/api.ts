@@ -1,0 +1,119 @@
+/** Every request of the page. Paths are relative, so that it works behind a prefix. */
+import { ProblemError, problemOf } from "./problems";
+import type {
+  Assessment,
+  AssessmentSummary,
+  Items,
+  ModelSummary,
+  Operation,
+  Posture,
+  RecordingSummary,
+  ScoreRequest,
+  ScoreResult,
+} from "./types";
+
+const POLL_MS = 500;
+
+async function request(path: string, init?: RequestInit): Promise<Response> {
+  let response: Response;
+  try {
+    response = await fetch(path, init);
+  } catch (cause) {
+    if (cause instanceof DOMException && cause.name === "AbortError") throw cause;
+    throw new ProblemError({
+      type: "about:blank",
+      title: "The service cannot be reached",
+      status: 0,
+      detail: "Check that `ergocast serve` is running, then reload this page.",
+    });
+  }
+  if (!response.ok) throw new ProblemError(await problemOf(response));
+  return response;
+}
+
+async function json<T>(path: string, init?: RequestInit): Promise<T> {
+  return (await (await request(path, init)).json()) as T;
+}
+
+const id = encodeURIComponent;
+
+/** The services's own links start with a slash; the page keeps to its own folder. */
+const local = (url: string): string => url.replace(/^\//, "");
+
+export const listAssessments = () => json<Items<AssessmentSummary>>("v1/assessments");
+
+export const getAssessment = (assessment: string, signal?: AbortSignal) =>
+  json<Assessment>(`v1/assessments/${id(assessment)}`, { signal: signal ?? null });
+
+export const getPosture = (assessment: string, candidate: string, signal?: AbortSignal) =>
+  json<Posture>(`v1/assessments/${id(assessment)}/candidates/${id(candidate)}/posture`, {
+    signal: signal ?? null,
+  });
+
+export const getModel = (model: string) => json<ModelSummary>(`v1/models/${id(model)}`);
+
+export const modelUrdfUrl = (model: string) => `v1/models/${id(model)}/urdf`;
+
+export const getText = async (url: string) => (await request(local(url))).text();
+
+export const listRecordings = () => json<Items<RecordingSummary>>("v1/recordings");
+
+/** Sends a file as it is; the same bytes get the same id. */
+export const addRecording = (file: File) =>
+  json<RecordingSummary>(`v1/recordings?name=${id(file.name)}`, {
+    method: "POST",
+    headers: { "content-type": "application/octet-stream" },
+    body: file,
+  });
+
+/**
+ * Posts JSON and returns the result. Where the service answers 202, follows the operation, calling
+ * `onProgress` with a fraction and a message, until its result can be fetched.
+ */
+async function postJson<T>(
+  path: string,
+  body: string,
+  onProgress: (fraction: number | null, message: string) => void = () => undefined,
+): Promise<T> {
+  const response = await request(path, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body,
+  });
+  if (response.status !== 202) return (await response.json()) as T;
+  const location = response.headers.get("location");
+  if (location === null) {
+    throw new ProblemError({
+      type: "about:blank",
+      title: "The service took the work but did not say where to follow it",
+      status: 202,
+    });
+  }
+  for (;;) {
+    const operation = await json<Operation>(local(location));
+    if (operation.state === "succeeded" && operation.result_url) {
+      return json<T>(local(operation.result_url));
+    }
+    if (operation.problem) throw new ProblemError(operation.problem);
+    if (operation.state === "failed" || operation.state === "cancelled") {
+      throw new ProblemError({
+        type: "about:blank",
+        title: `The work was ${operation.state === "failed" ? "not finished" : "cancelled"}`,
+        status: 0,
+      });
+    }
+    const { done, total, message } = operation.progress ?? {};
+    onProgress(done !== undefined && total ? done / total : null, message ?? operation.state);
+    await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+  }
+}
+
+export const createAssessment = (
+  text: string,
+  onProgress?: (fraction: number | null, message: string) => void,
+) => postJson<Assessment>("v1/assessments", text, onProgress);
+
+export const createScore = (
+  body: ScoreRequest,
+  onProgress?: (fraction: number | null, message: string) => void,
+) => postJson<ScoreResult>("v1/scores", JSON.stringify(body), onProgress);

@@ -1,0 +1,3 @@
+import "@fontsource-variable/inter/wght.css";
+import "./styles.css";
+import "./panels/ec-app";
