@@ -1,0 +1,164 @@
+"""The path a robot leads the hand along: checked once, cut into steps that can be integrated."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from human.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
+from prediction.errors import DiscontinuousTrajectoryError, TrajectoryError
+
+Array = NDArray[np.float64]
+
+#: Fastest a hand is led at, m/s and rad/s; beyond, the trajectory is taken to be broken.
+SPEED_LIMIT_M_S = 5.0
+SPEED_LIMIT_RAD_S = 20.0
+#: Longest step integrated in one go: above, the step is cut.
+STEP_S = 0.05
+STEP_M = 0.04
+STEP_RAD = 0.2
+_ORTHONORMAL_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class HandPath:
+    """Target poses of the hand in the chain's base axes.
+
+    Attributes:
+        time_s: ``(T,)`` s, increasing.
+        position: ``(T, p)`` m.
+        rotation: ``(T, 3, 3)``, or None if the task is the position alone.
+    """
+
+    time_s: Array
+    position: Array
+    rotation: Array | None
+
+    @classmethod
+    def checked(cls, time_s: Array, position: Array, rotation: Array | None) -> "HandPath":
+        """Checks a path.
+
+        Raises:
+            TrajectoryError: Shapes, times, values or rotations are wrong.
+            DiscontinuousTrajectoryError: Two points are too far apart for the time between them.
+        """
+        time_s = np.asarray(time_s, dtype=np.float64)
+        position = np.asarray(position, dtype=np.float64)
+        if time_s.ndim != 1 or len(time_s) < 2:
+            raise TrajectoryError(
+                f"time_s has shape {time_s.shape}: a trajectory is at least two points"
+            )
+        if position.ndim != 2 or len(position) != len(time_s):
+            raise TrajectoryError(
+                f"positions have shape {position.shape}, expected ({len(time_s)}, 3)"
+            )
+        named = [("time_s", time_s), ("position", position)]
+        if rotation is not None:
+            rotation = np.asarray(rotation, dtype=np.float64)
+            if rotation.shape != (len(time_s), 3, 3):
+                raise TrajectoryError(
+                    f"rotations have shape {rotation.shape}, expected ({len(time_s)}, 3, 3)"
+                )
+            named.append(("rotation", rotation))
+        for name, value in named:
+            bad = ~np.isfinite(value).reshape(len(time_s), -1).all(axis=1)
+            if bad.any():
+                raise TrajectoryError(f"{name} is not finite at point {int(np.argmax(bad))}")
+        steps = np.diff(time_s)
+        if (steps <= 0).any():
+            index = int(np.argmax(steps <= 0)) + 1
+            raise TrajectoryError(
+                f"time_s does not increase at point {index} ({time_s[index - 1]:.6f} then "
+                f"{time_s[index]:.6f} s)"
+            )
+        if rotation is not None:
+            off = np.abs(np.swapaxes(rotation, 1, 2) @ rotation - np.eye(3)).max(axis=(1, 2))
+            wrong = (off > _ORTHONORMAL_TOLERANCE) | (np.linalg.det(rotation) < 0)
+            if wrong.any():
+                index = int(np.argmax(wrong))
+                raise TrajectoryError(
+                    f"the matrix of point {index} is not a rotation (off by {off[index]:.3g})"
+                )
+        path = cls(time_s, position, rotation)
+        path._check_continuous()
+        return path
+
+    def _lengths(self) -> tuple[Array, Array]:
+        moved = np.linalg.norm(np.diff(self.position, axis=0), axis=1)
+        if self.rotation is None:
+            return moved, np.zeros_like(moved)
+        return moved, np.linalg.norm(self._turns(), axis=1)
+
+    def _turns(self) -> Array:
+        assert self.rotation is not None
+        relative = self.rotation[1:] @ np.swapaxes(self.rotation[:-1], 1, 2)
+        return matrix_to_rotation_vector(relative)
+
+    def _check_continuous(self) -> None:
+        steps = np.diff(self.time_s)
+        lengths = self._lengths()
+        for length, limit, angular in (
+            (lengths[0], SPEED_LIMIT_M_S, False),
+            (lengths[1], SPEED_LIMIT_RAD_S, True),
+        ):
+            speed = length / steps
+            if (speed > limit).any():
+                index = int(np.argmax(speed > limit))
+                raise DiscontinuousTrajectoryError(
+                    index + 1, float(length[index]), float(speed[index]), limit, angular
+                )
+
+    def substeps(self) -> int:
+        """Returns into how many steps each interval is cut so that it can be integrated."""
+        moved, turned = self._lengths()
+        cuts = (
+            np.diff(self.time_s).max() / STEP_S,
+            moved.max() / STEP_M,
+            turned.max() / STEP_RAD,
+        )
+        return max(1, int(np.ceil(max(cuts) - 1e-9)))
+
+    def refined(self, substeps: int) -> "HandPath":
+        """Returns the path with each interval cut evenly: straight lines, constant turning rate."""
+        if substeps == 1:
+            return self
+        share = np.arange(1, substeps + 1) / substeps
+
+        def between(values: Array) -> Array:
+            delta = np.diff(values, axis=0)
+            inner = values[:-1, None] + share.reshape(-1, *[1] * (values.ndim - 1)) * delta[:, None]
+            return np.concatenate([values[:1], inner.reshape(-1, *values.shape[1:])])
+
+        rotation = None
+        if self.rotation is not None:
+            turns = rotation_vector_to_matrix(self._turns()[:, None] * share[:, None])
+            inner = turns @ self.rotation[:-1, None]
+            rotation = np.concatenate([self.rotation[:1], inner.reshape(-1, 3, 3)])
+        return HandPath(between(self.time_s), between(self.position), rotation)
+
+
+def orientation_error(target: Array, actual: Array) -> Array:
+    """Returns the rotation vector ``(..., 3)`` rad, base axes, that turns ``actual`` into ``target``.
+
+    Args:
+        target: ``(..., 3, 3)``.
+        actual: ``(..., 3, 3)``.
+    """
+    relative = target @ np.swapaxes(actual, -1, -2)
+    axis = 0.5 * np.stack(
+        [
+            relative[..., 2, 1] - relative[..., 1, 2],
+            relative[..., 0, 2] - relative[..., 2, 0],
+            relative[..., 1, 0] - relative[..., 0, 1],
+        ],
+        axis=-1,
+    )
+    sine = np.linalg.norm(axis, axis=-1)
+    cosine = 0.5 * (np.trace(relative, axis1=-2, axis2=-1) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    if (angle > 3.0).any():  # the sine loses the axis near half a turn
+        return matrix_to_rotation_vector(relative)
+    # angle / sin(angle), by its series where both vanish
+    safe = np.where(sine < 1e-6, 1.0, sine)
+    ratio = np.where(sine < 1e-6, 1.0 + sine**2 / 6.0, angle / safe)
+    return np.asarray(axis * ratio[..., None])
