@@ -2,6 +2,14 @@
 
 from human.chain import Chain
 from human.differentiate import Derivatives, LocalCubic, motion_from_configurations
+from human.dynamics import (
+    JointLoads,
+    Wrench,
+    inverse_dynamics,
+    joint_forces,
+    joint_loads,
+    joint_moments,
+)
 from human.errors import (
     ConfigurationError,
     HumanError,
@@ -29,6 +37,7 @@ __all__ = [
     "Frame",
     "HumanError",
     "HumanModel",
+    "JointLoads",
     "LocalCubic",
     "ModelError",
     "Motion",
@@ -41,9 +50,14 @@ __all__ = [
     "SubjectError",
     "UnknownNameError",
     "UrdfError",
+    "Wrench",
     "forward_kinematics",
     "frame_poses",
     "generate_model",
+    "inverse_dynamics",
+    "joint_forces",
+    "joint_loads",
+    "joint_moments",
     "motion_from_configurations",
     "scale_model",
 ]

@@ -10,7 +10,7 @@ from human.model import Array
 
 
 def shift_along(columns: Array, origin: Array, offset: Array, out: Array, scratch: Array) -> None:
-    """Writes ``origin + R @ offset`` to ``out`` ``(3, batch)``; ``columns`` is ``(3, 3, batch)``."""
+    """Writes ``origin + R @ offset`` to ``out`` ``(3, batch)``, ``columns`` ``(3, 3, batch)``."""
     out[...] = origin
     for axis in range(3):
         if offset[axis] != 0.0:

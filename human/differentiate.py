@@ -168,7 +168,7 @@ def motion_from_configurations(
     flags: Mapping[str, NDArray[np.bool_]] | None = None,
     provenance: Provenance | None = None,
 ) -> Motion:
-    """Makes a motion from configurations alone: ``q`` is kept, ``v`` and ``a`` come from local cubics.
+    """Makes a motion of configurations alone: ``q`` is kept, ``v`` and ``a`` are local cubics'.
 
     Joint angles that jump by whole turns are followed, not differentiated. Frames beside a gap are
     flagged ``gap``, frames in runs too short for a cubic ``weak_derivative``.
@@ -247,7 +247,7 @@ def _windows(
 def _weights(
     time: Array, index: NDArray[np.intp], inside: NDArray[np.bool_], frames: slice
 ) -> Array:
-    """Returns ``(3, frames, width)``: what each sample adds to value, first and second derivative."""
+    """Returns ``(3, frames, width)``: what a sample adds to value, first, second derivative."""
     away = np.where(inside, time[index] - time[frames, None], 0.0)
     reach = np.max(np.abs(away), axis=1)
     reach[reach == 0.0] = 1.0
