@@ -1,8 +1,8 @@
 """A recording as read: segment poses over time in house units and axes, and how they were obtained.
 
-World axes are z up; lengths are metres, times seconds, quaternions ``xyzw``. A segment's axes are those
-of the human model: parallel to the world's (x forward, y left, z up) in the T-pose, origin at the
-segment's proximal joint. Joint angles do not appear here: `human.pose` computes them.
+World axes are z up; lengths are metres, times seconds, quaternions ``xyzw``. A segment's axes are
+those of the human model: parallel to the world's (x forward, y left, z up) in the T-pose, origin at
+the segment's proximal joint. Joint angles do not appear here: `human.pose` computes them.
 """
 
 from collections.abc import Mapping
@@ -61,8 +61,8 @@ class RecordedSubject:
 
     Attributes:
         label: the name in the file, empty when there is none.
-        skeleton_height_m: top of head above the lowest point of the feet with the file's skeleton in
-            T-pose; an estimate of stature, not a statement of it.
+        skeleton_height_m: top of head above the lowest point of the feet with the file's skeleton
+            in T-pose; an estimate of stature, not a statement of it.
         stated_height_m: the stature stated in the file, if any.
     """
 
@@ -87,8 +87,8 @@ class Recording:
         joint_offset: position of a segment's origin in the axes of its nearest present ancestor, m.
         end_offset: position of a segment's far end in its own axes, m, where the file has one.
         landmarks: per segment, named bony points in its axes, m.
-        joint_angle_deg: ``(frames, joints, 3)`` as the file states them (lateral, axial, flexion; ZXY), or
-            None; read for comparison, not used by `fit_recording`.
+        joint_angle_deg: ``(frames, joints, 3)`` as the file states them (lateral, axial, flexion;
+            ZXY), or None; read for comparison, not used by `fit_recording`.
         joint_angle_xzy_deg: the same in the file's second (XZY) decomposition, or None.
         joint_angle_names: house names of the joints in these two.
         foot_contacts: ``(frames, contacts)`` 0 or 1, or None.

@@ -1,4 +1,4 @@
-"""Units and axes from the evidence in a skeleton: resolved when it is clear, asked for when it is not."""
+"""Units and axes from the evidence in a skeleton: resolved when clear, asked for when not."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,8 @@ def body_axes(head: Array, feet: Array, left: Array, place: str) -> Array:
     if up is None or side is None or abs(float(up @ side)) > 0.5:
         raise MalformedRecordingError(
             place, "a rest skeleton standing along the file's axes, arms and hips to the sides",
-            f"head minus feet {np.round(head - feet, 3).tolist()}, right to left {np.round(left, 3).tolist()}",
+            f"head minus feet {np.round(head - feet, 3).tolist()}, "
+            f"right to left {np.round(left, 3).tolist()}",
             "Export with a T-pose or N-pose as rest pose.",
         )  # fmt: skip
     return np.stack([np.cross(side, up), side, up])
@@ -63,9 +64,9 @@ def world_axes(
 ) -> tuple[Array, str]:
     """Returns the matrix that maps the file's world to z up, and the sentence that says why.
 
-    The heading is not touched: the map is a signed permutation of axes. The file's forward axis of the
-    rest skeleton becomes x; where the recorded person stands along another axis than the rest skeleton,
-    the horizontal axis nearest to the pelvis's first heading does.
+    The heading is not touched: the map is a signed permutation of axes. The file's forward axis of
+    the rest skeleton becomes x; where the recorded person stands along another axis than the rest
+    skeleton, the horizontal axis nearest to the pelvis's first heading does.
 
     Args:
         trunk_directions: ``(frames, 3)`` unit vectors from feet to head, file world axes.
@@ -84,7 +85,10 @@ def world_axes(
         why = f"up is {axis_name(up)} as requested"
     elif agreement >= _STANDING_COSINE:
         up = rest_up
-        why = f"up is {axis_name(up)}: rest skeleton and recorded frames agree (median cosine {agreement:.2f})"
+        why = (
+            f"up is {axis_name(up)}: rest skeleton and recorded frames agree "
+            f"(median cosine {agreement:.2f})"
+        )
     else:
         other = nearest_axis(np.median(trunk_directions, axis=0), 0.8)
         if other is None or abs(float(other @ rest_up)) > 0.5:
@@ -94,7 +98,10 @@ def world_axes(
                 f"{agreement:.2f} to it", "up", "Pass up='y' or up='z'.",
             )  # fmt: skip
         up = other
-        why = f"up is {axis_name(up)}: so stand the recorded frames; the rest skeleton stands along {axis_name(rest_up)}"
+        why = (
+            f"up is {axis_name(up)}: so stand the recorded frames; "
+            f"the rest skeleton stands along {axis_name(rest_up)}"
+        )
     if abs(float(up @ rest_up)) > 0.5:
         ahead = body[0]
     else:
@@ -131,19 +138,27 @@ def metres_per_unit(height: float, units: str | None, style: str, place: str) ->
     if units is not None:
         if units not in UNITS_M:
             raise AmbiguousRecordingError(
-                "argument units", f"one of {', '.join(UNITS_M)}", repr(units), "units", "Pass units='cm'."
+                "argument units",
+                f"one of {', '.join(UNITS_M)}",
+                repr(units),
+                "units",
+                "Pass units='cm'.",
             )
-        return UNITS_M[units], f"lengths in {units} as requested: skeleton {height * UNITS_M[units]:.3f} m tall"
+        return UNITS_M[
+            units
+        ], f"lengths in {units} as requested: skeleton {height * UNITS_M[units]:.3f} m tall"
     fits = [
         unit
         for unit, metres in UNITS_M.items()
-        if STATURE_M[0] <= height * metres <= STATURE_M[1] and (unit != "cmu" or "mocap.cs.cmu" in style)
+        if STATURE_M[0] <= height * metres <= STATURE_M[1]
+        and (unit != "cmu" or "mocap.cs.cmu" in style)
     ]
     if len(fits) != 1:
         tried = ", ".join(f"{unit}: {height * metres:.3g} m" for unit, metres in UNITS_M.items())
         raise AmbiguousRecordingError(
             place, f"a skeleton {STATURE_M[0]}-{STATURE_M[1]} m tall in one unit",
-            f"one {height:.4g} units tall ({tried})", "units", "Pass units='cm' or another of these.",
+            f"one {height:.4g} units tall ({tried})", "units",
+            "Pass units='cm' or another of these.",
         )  # fmt: skip
     metres = UNITS_M[fits[0]]
     return metres, f"lengths from {fits[0]} to m: the skeleton is then {height * metres:.3f} m tall"

@@ -1,9 +1,9 @@
 """Reads a BVH file into a `Recording`: names, axes and units resolved, orientations to the T-pose.
 
-BVH gives no units, no axes and no anatomy: a joint's axes are the file's world axes in whatever pose the
-skeleton rests in. The house wants segment axes parallel to the world's in the T-pose, so upper arms,
-forearms, thighs and shanks that rest in another direction are turned by the shortest rotation; trunk,
-feet and everything that rests within a few degrees of it keep the file's axes.
+BVH gives no units, no axes and no anatomy: a joint's axes are the file's world axes in whatever
+pose the skeleton rests in. The house wants segment axes parallel to the world's in the T-pose, so
+upper arms, forearms, thighs and shanks that rest in another direction are turned by the shortest
+rotation; trunk, feet and everything that rests within a few degrees of it keep the file's axes.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ from human.readers.skeleton import (
     shortest_turn,
     stature,
 )
-from human.recording import Finding, ReadingReport, Recording, RecordedSubject, Status
+from human.recording import Finding, ReadingReport, RecordedSubject, Recording, Status
 from human.rotations import (
     matrix_to_quaternion,
     quaternion_conjugate,
@@ -33,7 +33,8 @@ from human.rotations import (
 
 Array = NDArray[np.float64]
 
-#: A rest pose within this of the T-pose is anatomy (a carrying angle, a kyphosis), not another rest pose.
+#: A rest pose within this of the T-pose is anatomy (a carrying angle, a kyphosis), not another rest
+#: pose.
 _REST_TOLERANCE_RAD = np.deg2rad(12.0)
 _STILL_RAD = 1e-5
 #: First frame taken for a rest pose: this far from the second, and this many times the later steps.
@@ -85,7 +86,7 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
         house, quaternion_multiply(quaternion_conjugate(matrix_to_quaternion(body)), turn_quat)
     )
     position = position @ world.T * metres
-    time_s = np.arange(len(house)) * bvh.frame_time_s
+    time_s: Array = np.arange(len(house)) * bvh.frame_time_s
 
     findings: list[Finding] = []
     if _starts_with_rest_pose(house, position[:, 0]):
@@ -93,7 +94,8 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
         findings.append(
             Finding(
                 "first-frame", "note", "frame 0",
-                f"Frame 0 is a reference pose ({degrees:.0f} deg from frame 1): left out of the motion.",
+                f"Frame 0 is a reference pose ({degrees:.0f} deg from frame 1): left out of the "
+                "motion.",
             )
         )  # fmt: skip
         time_s, house, position = time_s[1:], house[1:], position[1:]
@@ -161,8 +163,8 @@ def _rest_positions(bvh: BvhFile) -> Array:
 def _file_kinematics(bvh: BvhFile, wanted: tuple[int, ...], file_name: str) -> tuple[Array, Array]:
     """World orientation and position of the wanted joints, in the file's axes and units.
 
-    A joint's rotation is the product of its channels in the order they are listed; position channels,
-    where a joint has them, replace its offset.
+    A joint's rotation is the product of its channels in the order they are listed; position
+    channels, where a joint has them, replace its offset.
     """
     root = bvh.joints[0]
     if len(root.channels) < 6:
@@ -213,7 +215,9 @@ def _t_pose_turns(at: dict[str, Array], body: Array) -> tuple[dict[str, Array], 
         angle = float(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
         if angle > _REST_TOLERANCE_RAD:
             turns[name] = turn
-            said.append(f"{name} rests {np.rad2deg(angle):.0f} deg from the T-pose: its axes are turned by it")
+            said.append(
+                f"{name} rests {np.rad2deg(angle):.0f} deg from the T-pose: its axes are turned"
+            )
     for side in ("Right", "Left"):
         if side + "Hand" in turns:  # a hand is taken to rest in line with its forearm
             turns[side + "Hand"] = turns[side + "ForeArm"]
@@ -228,7 +232,9 @@ def _offsets(
     for name, index in named.joint_of.items():
         parent = present_parent(name, named.joint_of)
         if parent is not None:
-            joint_offset[name] = turns[parent].T @ body @ (rest[index] - rest[named.joint_of[parent]])
+            joint_offset[name] = (
+                turns[parent].T @ body @ (rest[index] - rest[named.joint_of[parent]])
+            )
     owner = {index: name for name, index in named.joint_of.items()}
     inner = {present_parent(name, named.joint_of) for name in named.joint_of}
     end_offset: dict[str, Array] = {}
@@ -241,7 +247,9 @@ def _offsets(
         name = owner[segment]
         tip = turns[name].T @ body @ (rest[k] + joint.end_offset - rest[segment])
         # Of several fingers the longest makes the hand.
-        if name not in inner and np.linalg.norm(tip) > np.linalg.norm(end_offset.get(name, np.zeros(3))):
+        if name not in inner and np.linalg.norm(tip) > np.linalg.norm(
+            end_offset.get(name, np.zeros(3))
+        ):
             end_offset[name] = tip
     return joint_offset, end_offset
 
@@ -266,5 +274,3 @@ def _still_segments(quat: Array, names: tuple[str, ...]) -> list[str]:
         if np.max(np.linalg.norm(turn - turn[0], axis=-1)) < _STILL_RAD:
             still.append(name)
     return still if len(still) < len(names) - 1 else []
-
-

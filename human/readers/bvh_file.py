@@ -1,9 +1,10 @@
 """The BVH grammar: a joint tree with offsets and channels, then one line of numbers per frame.
 
-Reads line by line and keeps the numbers alone, so memory is bounded by the frames. Nothing here knows
-about people: names, units and axes are resolved in `human.readers.bvh`.
+Reads line by line and keeps the numbers alone, so memory is bounded by the frames. Nothing here
+knows about people: names, units and axes are resolved in `human.readers.bvh`.
 
-Source: Biovision BVH as written by Xsens MVN, MotionBuilder and the CMU conversions; the grammar is the
+Source: Biovision BVH as written by Xsens MVN, MotionBuilder and the CMU conversions; the grammar is
+    the
 common part, checked on real files.
 """
 
@@ -94,14 +95,20 @@ class _Lines:
 
     def numbers(self, words: list[str], count: int, what: str) -> list[float]:
         if len(words) != count:
-            raise MalformedRecordingError(self.place, f"{count} numbers ({what})", f"{len(words)} words")
+            raise MalformedRecordingError(
+                self.place, f"{count} numbers ({what})", f"{len(words)} words"
+            )
         try:
             values = [float(word) for word in words]
         except ValueError:
             bad = next(word for word in words if not _is_number(word))
-            raise MalformedRecordingError(self.place, f"a number ({what})", repr(bad[:40])) from None
+            raise MalformedRecordingError(
+                self.place, f"a number ({what})", repr(bad[:40])
+            ) from None
         if not all(map(isfinite, values)):
-            bad = next(word for word, value in zip(words, values, strict=True) if not isfinite(value))
+            bad = next(
+                word for word, value in zip(words, values, strict=True) if not isfinite(value)
+            )
             raise MalformedRecordingError(
                 self.place, f"finite numbers ({what})", repr(bad[:40]), "Fill or cut the frame."
             )
@@ -165,11 +172,15 @@ def _hierarchy(lines: _Lines) -> list[BvhJoint]:
                 raise UnsafeRecordingError(
                     lines.place, f"at most {_MAX_JOINTS} joints, {_MAX_DEPTH} deep", "more"
                 )
-            joints.append(BvhJoint(name, open_blocks[-1] if open_blocks else -1, first_channel=channels))
+            joints.append(
+                BvhJoint(name, open_blocks[-1] if open_blocks else -1, first_channel=channels)
+            )
             pending = len(joints) - 1
         elif keyword == "END":
             if not open_blocks or open_blocks[-1] < 0:
-                raise MalformedRecordingError(lines.place, "an End Site inside a joint", "one elsewhere")
+                raise MalformedRecordingError(
+                    lines.place, "an End Site inside a joint", "one elsewhere"
+                )
             pending = -1
         elif keyword == "OFFSET" and open_blocks:
             x, y, z = lines.numbers(words[1:], 3, "OFFSET")
@@ -200,12 +211,16 @@ def _channels(lines: _Lines, words: list[str]) -> tuple[str, ...]:
     names = tuple(_CANONICAL_CHANNEL.get(word.lower(), word) for word in words[2:])
     if words[1:2] != [str(len(names))]:
         raise MalformedRecordingError(
-            lines.place, f"CHANNELS {len(names)} before {len(names)} names", " ".join(words[:2])[:40]
+            lines.place,
+            f"CHANNELS {len(names)} before {len(names)} names",
+            " ".join(words[:2])[:40],
         )
     unknown = [name for name in names if name not in CHANNELS]
     if unknown or len(set(names)) != len(names):
         raise MalformedRecordingError(
-            lines.place, f"distinct channels out of {', '.join(CHANNELS)}", repr(" ".join(names)[:80])
+            lines.place,
+            f"distinct channels out of {', '.join(CHANNELS)}",
+            repr(" ".join(names)[:80]),
         )
     return names
 
@@ -224,7 +239,10 @@ def _frame_time(lines: _Lines) -> tuple[float, str]:
     dt = lines.numbers(words[2:], 1, "Frame Time")[0]
     if not 1e-4 <= dt <= 10.0:
         raise MalformedRecordingError(
-            lines.place, "a frame time between 0.0001 and 10 s", words[2][:40], "Export at a fixed rate."
+            lines.place,
+            "a frame time between 0.0001 and 10 s",
+            words[2][:40],
+            "Export at a fixed rate.",
         )
     return dt, words[2]
 
@@ -234,7 +252,9 @@ def _motion(lines: _Lines, declared: int, width: int) -> Array:
     for words in lines.rest():
         if len(rows) == declared:
             raise MalformedRecordingError(
-                lines.place, f"the end of the file after the {declared} declared frames", "another line"
+                lines.place,
+                f"the end of the file after the {declared} declared frames",
+                "another line",
             )
         rows.append(np.array(lines.numbers(words, width, f"channels of frame {len(rows)}")))
     if len(rows) < declared:

@@ -1,8 +1,9 @@
 """Which house segment each joint of a BVH skeleton moves.
 
 Two spellings are in use, and they clash: `RightShoulder` is the upper arm where there is a
-`RightCollar` (Xsens, Poser), and the clavicle where there is a `RightArm` (CMU, MotionBuilder, Mixamo,
-Rokoko). The spelling is therefore recognised as a whole, and the spine by its place in the tree.
+`RightCollar` (Xsens, Poser), and the clavicle where there is a `RightArm` (CMU, MotionBuilder,
+Mixamo, Rokoko). The spelling is therefore recognised as a whole, and the spine by its place in the
+tree.
 """
 
 from dataclasses import dataclass
@@ -111,7 +112,9 @@ def _ancestors(joints: tuple[BvhJoint, ...], index: int) -> list[int]:
 
 
 def _trunk(joints: tuple[BvhJoint, ...], limbs: dict[str, int], file_name: str) -> dict[str, int]:
-    right, left, head = (_ancestors(joints, limbs[n]) for n in ("RightUpperArm", "LeftUpperArm", "Head"))
+    right, left, head = (
+        _ancestors(joints, limbs[n]) for n in ("RightUpperArm", "LeftUpperArm", "Head")
+    )
     chest = next(k for k in right if k in set(left))
     spine = [k for k in reversed(_ancestors(joints, chest)) if joints[k].parent >= 0]
     if not spine or chest not in head:
@@ -137,4 +140,3 @@ def _check_tree(joints: tuple[BvhJoint, ...], joint_of: dict[str, int], file_nam
                 f"{joints[index].name} below {joints[joint_of[parent]].name}",
                 "it elsewhere in the tree",
             )
-

@@ -9,7 +9,7 @@ from human.names import JOINT_OF_SEGMENT
 from human.readers.errors import MalformedRecordingError
 from human.readers.skeleton import present_parent
 from human.recording import Finding, Gap
-from human.rotations import quaternion_multiply, quaternion_conjugate, quaternion_rotate
+from human.rotations import quaternion_conjugate, quaternion_multiply, quaternion_rotate
 
 Array = NDArray[np.float64]
 
@@ -83,16 +83,20 @@ def relative(quat: Array, names: tuple[str, ...], parent: str, child: str) -> Ar
 
 
 def find_reversed_sides(
-    quat: Array, names: tuple[str, ...], joint_offset: Mapping[str, Array], end_offset: Mapping[str, Array]
+    quat: Array,
+    names: tuple[str, ...],
+    joint_offset: Mapping[str, Array],
+    end_offset: Mapping[str, Array],
 ) -> list[Finding]:
     """Looks for a mirrored or side-swapped body.
 
-    A body seen in a mirror, or with left and right exchanged, is not a body: its toes point backwards, or
-    its knees and elbows bend the wrong way. Each sign is looked for by itself. (A mirror image whose sides
-    were renamed as well is a possible body and cannot be told from one.)
+    A body seen in a mirror, or with left and right exchanged, is not a body: its toes point
+    backwards, or its knees and elbows bend the wrong way. Each sign is looked for by itself. (A
+    mirror image whose sides were renamed as well is a possible body and cannot be told from one.)
 
-    Derived here: in the T-pose axes of the house the toes lie at positive x, the left side at positive y;
-    bending a knee takes the shank to negative x, bending an elbow the forearm to positive x.
+    Derived here: in the T-pose axes of the house the toes lie at positive x, the left side at
+    positive y; bending a knee takes the shank to negative x, bending an elbow the forearm to
+    positive x.
 
     Args:
         quat: ``(frames, segments, 4)`` world orientations.
@@ -109,8 +113,12 @@ def find_reversed_sides(
         toe = joint_offset.get(side + "Toe", end_offset.get(side + "Foot"))
         if toe is not None and toe[0] < -_OFFSET_CLEAR_M:
             signs.append(f"the {side.lower()} toes point backwards")
-        signs += _reversed_hinge(quat, names, side + "UpperLeg", side + "LowerLeg", [0, 0, -1], -1.0)
-        signs += _reversed_hinge(quat, names, side + "UpperArm", side + "ForeArm", [0, outward, 0], 1.0)
+        signs += _reversed_hinge(
+            quat, names, side + "UpperLeg", side + "LowerLeg", [0, 0, -1], -1.0
+        )
+        signs += _reversed_hinge(
+            quat, names, side + "UpperArm", side + "ForeArm", [0, outward, 0], 1.0
+        )
     if not signs:
         return []
     return [
@@ -126,7 +134,9 @@ def _reversed_hinge(
 ) -> list[str]:
     if parent not in names or child not in names:
         return []
-    ahead = quaternion_rotate(relative(quat, names, parent, child), np.array(bone, dtype=float))[:, 0]
+    ahead = quaternion_rotate(relative(quat, names, parent, child), np.array(bone, dtype=float))[
+        :, 0
+    ]
     bent = ahead[np.abs(ahead) > _BENT_SINE] * bends_to
     if bent.size < _LEAST_BENT_FRAMES or np.mean(bent < 0) < _REVERSED_SHARE:
         return []
@@ -157,13 +167,14 @@ def find_loose_joints(
     return [
         Finding(
             "inconsistent", "error", "positions against orientations",
-            f"Positions do not follow from orientations and skeleton ({text}): mirrored, or of two sources.",
+            f"Positions do not follow from orientations and skeleton ({text}): mirrored, or of two "
+            "sources.",
         )
     ]  # fmt: skip
 
 
 def step_angles(quat: Array) -> Array:
-    """Returns the largest turn of any segment between neighbouring frames, ``(frames - 1,)`` rad."""
+    """Returns the largest turn of any segment per step of time, ``(frames - 1,)`` rad."""
     dots = np.abs(np.sum(quat[1:] * quat[:-1], axis=-1))
     return np.asarray(2.0 * np.arccos(np.clip(np.min(dots, axis=-1), 0.0, 1.0)))
 

@@ -1,12 +1,13 @@
 """What can be wrong with a file, each with the place, what was expected and what was got.
 
-    RecordingError (human.errors)
-    └── RecordingFileError
-        ├── UnknownFormatError       not a recording this package reads
-        ├── MalformedRecordingError  the grammar or the numbers are wrong at one place
-        ├── TruncatedRecordingError  the file ends too soon
-        ├── UnsafeRecordingError     entities, or sizes no recording has
-        └── AmbiguousRecordingError  units or axes that the evidence does not settle: the caller must say
+RecordingError (human.errors)
+└── RecordingFileError
+    ├── UnknownFormatError       not a recording this package reads
+    ├── MalformedRecordingError  the grammar or the numbers are wrong at one place
+    ├── TruncatedRecordingError  the file ends too soon
+    ├── UnsafeRecordingError     entities, or sizes no recording has
+    └── AmbiguousRecordingError  units or axes that the evidence does not settle: the caller must
+    say
 """
 
 from human.errors import RecordingError

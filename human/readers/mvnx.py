@@ -1,10 +1,11 @@
 """Reads an MVNX file into a `Recording`.
 
 Segment axes in MVNX are those of the house: parallel to the world's in the T-pose. One exception is
-undone here: in files of version 3 the upper arms, forearms and hands come in ISB axes (y along the bone),
-as their reference poses show. Which of the two a file uses is decided by its own positions.
+undone here: in files of version 3 the upper arms, forearms and hands come in ISB axes (y along the
+bone), as their reference poses show. Which of the two a file uses is decided by its own positions.
 
-Source: axes and angle conventions checked on real files of versions 3 and 4 (`benchmarks/recordings.py`).
+Source: axes and angle conventions checked on real files of versions 3 and 4
+    (`benchmarks/recordings.py`).
 """
 
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from human.mvn_angles import ISB_ARM_AXES
 from human.names import SEGMENTS, canonical_joint
 from human.readers.axes import STATURE_M
 from human.readers.checks import (
@@ -25,21 +27,11 @@ from human.readers.checks import (
 from human.readers.errors import AmbiguousRecordingError, MalformedRecordingError
 from human.readers.mvnx_file import MvnxFile, MvnxFrame, parse_mvnx
 from human.readers.skeleton import present_parent, stature
-from human.recording import Finding, ReadingReport, Recording, RecordedSubject, Status
+from human.recording import Finding, ReadingReport, RecordedSubject, Recording, Status
 from human.rotations import quaternion_conjugate, quaternion_multiply, quaternion_rotate
 
 Array = NDArray[np.float64]
 
-_HALF = np.sqrt(0.5)
-#: T-pose axes to the ISB axes of version 3, xyzw: the orientation such a file gives in the T-pose.
-_ISB_ARM: dict[str, Array] = {
-    "RightUpperArm": np.array([-_HALF, 0.0, 0.0, _HALF]),
-    "RightForeArm": np.array([-0.5, 0.5, 0.5, 0.5]),
-    "RightHand": np.array([-0.5, 0.5, 0.5, 0.5]),
-    "LeftUpperArm": np.array([_HALF, 0.0, 0.0, _HALF]),
-    "LeftForeArm": np.array([0.5, 0.5, -0.5, 0.5]),
-    "LeftHand": np.array([0.5, 0.5, -0.5, 0.5]),
-}
 #: Segments that inertial suits have no sensor for and fill in from their neighbours.
 _ALWAYS_INTERPOLATED = frozenset({"L5", "L3", "T12", "Neck", "RightToe", "LeftToe"})
 _END_POINT = {
@@ -48,7 +40,9 @@ _END_POINT = {
 }  # fmt: skip
 
 
-def read_mvnx(path: Path, digest: str, units: str | None = None, up: str | None = None) -> Recording:
+def read_mvnx(
+    path: Path, digest: str, units: str | None = None, up: str | None = None
+) -> Recording:
     """Reads an MVNX file.
 
     Args:
@@ -63,7 +57,11 @@ def read_mvnx(path: Path, digest: str, units: str | None = None, up: str | None 
     for argument, value, fixed in (("units", units, "m"), ("up", up, "z")):
         if value not in (None, fixed):
             raise AmbiguousRecordingError(
-                f"argument {argument}", f"{fixed!r}, which MVNX fixes", repr(value), argument, "Leave it out."
+                f"argument {argument}",
+                f"{fixed!r}, which MVNX fixes",
+                repr(value),
+                argument,
+                "Leave it out.",
             )
     file = parse_mvnx(path)
     indices = {name: k for k, name in enumerate(file.segments) if name in SEGMENTS}
@@ -82,7 +80,8 @@ def read_mvnx(path: Path, digest: str, units: str | None = None, up: str | None 
     height = stature(joint_offset, end_offset, landmarks)
     if not STATURE_M[0] <= height <= STATURE_M[1]:
         raise MalformedRecordingError(
-            f"{path.name}, segments", f"a skeleton {STATURE_M[0]}-{STATURE_M[1]} m tall (MVNX is in metres)",
+            f"{path.name}, segments",
+            f"a skeleton {STATURE_M[0]}-{STATURE_M[1]} m tall (MVNX is in metres)",
             f"{height:.4g} m", "The file was changed after export, or its points are incomplete.",
         )  # fmt: skip
 
@@ -94,17 +93,26 @@ def read_mvnx(path: Path, digest: str, units: str | None = None, up: str | None 
         findings.append(
             Finding(
                 "unmeasured-segments", "warning", "sensors",
-                f"No sensor on or below {', '.join(unmeasured)}: what the file says of them is not measured.",
+                f"No sensor on or below {', '.join(unmeasured)}: what the file says of them is not "
+                "measured.",
             )
         )  # fmt: skip
     if file.reference_frames:
         kinds = ", ".join(f.attributes.get("type", "?") for f in file.reference_frames)
         findings.append(
-            Finding("reference-poses", "note", "frames", f"Left out of the motion: reference poses {kinds}.")
+            Finding(
+                "reference-poses",
+                "note",
+                "frames",
+                f"Left out of the motion: reference poses {kinds}.",
+            )
         )
     angles, angles_xzy, angle_names = _joint_angles(file)
     contacts = [f.values.get("footContacts") for f in file.frames]
-    have_contacts = all(c is not None for c in contacts) and len({len(c) for c in contacts if c is not None}) == 1
+    have_contacts = (
+        all(c is not None for c in contacts)
+        and len({len(c) for c in contacts if c is not None}) == 1
+    )
     return Recording(
         source=path.name,
         format="mvnx",
@@ -126,7 +134,7 @@ def read_mvnx(path: Path, digest: str, units: str | None = None, up: str | None 
         subject=RecordedSubject(file.subject.get("label", ""), height),
         report=ReadingReport(
             conversions=(
-                "world axes: x, y, z as in the file (z up), heading untouched; lengths in m as the format fixes",
+                "world axes as in the file (z up), heading untouched; lengths in m, as MVNX fixes",
                 "quaternions from w x y z to x y z w",
                 *notes,
                 *time_notes,
@@ -176,7 +184,7 @@ def _attribute(frame: MvnxFrame, name: str, k: int, place: str) -> float | None:
 
 
 def _times(file: MvnxFile, place: str) -> tuple[Array, float, list[str]]:
-    """Frame times, s. The file rounds them to ms; where index over rate explains them, that is used."""
+    """Frame times, s: index over rate where that explains the ms that the file rounds to."""
     rate_text = file.subject.get("frameRate", "")
     try:
         rate = float(rate_text)
@@ -197,8 +205,16 @@ def _times(file: MvnxFile, place: str) -> tuple[Array, float, list[str]]:
     if counted:
         checked_times(counts / rate, place)
         exact = counts / rate
-        if not whole or np.max(np.abs((milliseconds - milliseconds[0]) / 1000 - (exact - exact[0]))) <= 1.01e-3:
-            return exact, rate, [f"times from frame index over {rate:g} Hz (the file rounds them to ms)"]
+        if (
+            not whole
+            or np.max(np.abs((milliseconds - milliseconds[0]) / 1000 - (exact - exact[0])))
+            <= 1.01e-3
+        ):
+            return (
+                exact,
+                rate,
+                [f"times: frame index over {rate:g} Hz (the file rounds them to ms)"],
+            )
     if whole:
         return milliseconds / 1000.0, rate, ["times from ms to s, as stated"]
     return (
@@ -224,7 +240,9 @@ def _joint_offsets(
         (parent, _, upper), (child, _, lower) = ends
         if parent != present_parent(child, names):
             raise MalformedRecordingError(
-                f"{place}, joint {label}", f"{child} connected to {present_parent(child, names)}", parent
+                f"{place}, joint {label}",
+                f"{child} connected to {present_parent(child, names)}",
+                parent,
             )
         try:
             offset[child] = file.points[parent][upper] - file.points[child][lower]
@@ -234,7 +252,9 @@ def _joint_offsets(
             ) from None
     lost = [name for name in names[1:] if name not in offset]
     if lost:
-        raise MalformedRecordingError(f"{place}, joints", "a joint for every segment", f"none for {', '.join(lost)}")
+        raise MalformedRecordingError(
+            f"{place}, joints", "a joint for every segment", f"none for {', '.join(lost)}"
+        )
     return offset, aliases
 
 
@@ -243,11 +263,11 @@ def _arms_to_t_pose_axes(
 ) -> tuple[Array, list[str]]:
     """Undoes the ISB arm axes where the positions follow from them and not from T-pose axes.
 
-    Both readings are tried on the bones from shoulder to elbow and from elbow to wrist; the one that
-    puts the far end where the file has it is taken.
+    Both readings are tried on the bones from shoulder to elbow and from elbow to wrist; the one
+    that puts the far end where the file has it is taken.
     """
     turned = quat.copy()
-    for name, axes in _ISB_ARM.items():
+    for name, axes in ISB_ARM_AXES.items():
         if name in names:
             k = names.index(name)
             turned[:, k] = quaternion_multiply(quat[:, k], quaternion_conjugate(axes))
@@ -263,13 +283,14 @@ def _arms_to_t_pose_axes(
             residual[way] += float(np.median(np.linalg.norm(along - bone, axis=-1)))
     if residual[1] < residual[0]:
         return turned, [
-            "arm and hand axes from ISB (y along the bone) to T-pose axes: the positions follow from ISB axes"
+            "arm and hand axes from ISB (y along the bone) to T-pose axes: the positions follow "
+            "from ISB axes"
         ]
     return quat, []
 
 
 def _status(file: MvnxFile, names: tuple[str, ...]) -> dict[str, Status]:
-    """A segment without sensor is filled in by MVN if a sensor sits further out, else not measured."""
+    """A segment without sensor is filled in by MVN if one sits further out, else not measured."""
     if not file.sensors:
         return dict.fromkeys(names, "measured")
     sensed = set(file.sensors)

@@ -1,10 +1,11 @@
 """The MVNX grammar, streamed: the header once, then one record per frame.
 
-The XML parser never builds a tree and never sees an entity: a document type declaration with an internal
-subset, or any entity declaration, is refused where it stands, which closes entity bombs and outside
-references whatever the file's encoding. Memory is bounded by the fields kept.
+The XML parser never builds a tree and never sees an entity: a document type declaration with an
+internal subset, or any entity declaration, is refused where it stands, which closes entity bombs
+and outside references whatever the file's encoding. Memory is bounded by the fields kept.
 
-Source: MVNX files of MVN 4.2 (version 3) and MVN 2019 (version 4); differences in ``theory/data.md``.
+Source: MVNX files of MVN 4.2 (version 3) and MVN 2019 (version 4); differences in
+    ``theory/data.md``.
 """
 
 from collections.abc import Callable, Mapping
@@ -65,7 +66,8 @@ def parse_mvnx(path: Path) -> MvnxFile:
     """Reads an MVNX file.
 
     Raises:
-        RecordingFileError: the XML, a count or a number is wrong; the place is the line and the frame.
+        RecordingFileError: the XML, a count or a number is wrong; the place is the line and the
+            frame.
     """
     handler = _Handler(path.name)
     parser = expat.ParserCreate(namespace_separator=" ")
@@ -81,11 +83,18 @@ def parse_mvnx(path: Path) -> MvnxFile:
         reason = expat.ErrorString(problem.code)
         if problem.code in _ENDED:
             raise TruncatedRecordingError(
-                place, "the rest of the file", f"its end ({reason})", "The file is cut off; export it again."
+                place,
+                "the rest of the file",
+                f"its end ({reason})",
+                "The file is cut off; export it again.",
             ) from problem
-        raise MalformedRecordingError(place, "well-formed XML", reason or "something else") from problem
+        raise MalformedRecordingError(
+            place, "well-formed XML", reason or "something else"
+        ) from problem
     except (LookupError, UnicodeError, ValueError) as problem:
-        raise MalformedRecordingError(path.name, "text in a known encoding", str(problem)) from problem
+        raise MalformedRecordingError(
+            path.name, "text in a known encoding", str(problem)
+        ) from problem
     return handler.finished()
 
 
@@ -128,9 +137,13 @@ class _Handler:
             place += f", frame {len(self.file.frames)}"
         return place
 
-    def doctype(self, _name: str, _system: str, _public: str, has_internal_subset: int) -> None:
+    def doctype(
+        self, _name: str, _system: str | None, _public: str | None, has_internal_subset: bool
+    ) -> None:
         if has_internal_subset:
-            raise UnsafeRecordingError(self.place, "no document type definition inside the file", "one")
+            raise UnsafeRecordingError(
+                self.place, "no document type definition inside the file", "one"
+            )
 
     def entity(self, name: str, *_: object) -> None:
         raise UnsafeRecordingError(self.place, "no XML entities", f"a declaration of {name!r}")
@@ -170,6 +183,10 @@ class _Handler:
             case "contactDefinition":
                 self.label(attributes, file.contacts)
             case "frame":
+                if self.frame is not None:
+                    raise MalformedRecordingError(
+                        self.place, "the end of the frame", "another <frame>"
+                    )
                 self.frame = MvnxFrame(self.line(), dict(attributes))
             case _ if self.frame is not None and len(self.stack) >= 2 and self.stack[-2] == "frame":
                 file.channels[tag] = file.channels.get(tag, 0) + 1
@@ -180,7 +197,9 @@ class _Handler:
         label = attributes.get("label", "")
         if not label or label in known or len(known) >= _MAX_HEADER_ITEMS:
             raise MalformedRecordingError(
-                self.place, f"a new label on <{self.stack[-1]}>", repr(label[:40]) if label else "none"
+                self.place,
+                f"a new label on <{self.stack[-1]}>",
+                repr(label[:40]) if label else "none",
             )
         known.append(label)
         return label
@@ -207,20 +226,26 @@ class _Handler:
                 points[self.point] = self.numbers(text, 3, f"point {self.point} of {self.segment}")
             case "connector1" | "connector2":
                 self.file.connectors.setdefault(self.joint, []).append(text.strip())
-            case "frame":
-                assert self.frame is not None
+            case "frame" if self.frame is not None:
                 kind = self.frame.attributes.get("type", "normal")
-                (self.file.frames if kind == "normal" else self.file.reference_frames).append(self.frame)
+                (self.file.frames if kind == "normal" else self.file.reference_frames).append(
+                    self.frame
+                )
                 self.frame = None
-            case _ if tag in _KEPT and self.frame is not None and self.stack and self.stack[-1] == "frame":
-                self.keep(tag, text)
+            case _ if (
+                tag in _KEPT and self.frame is not None and self.stack and self.stack[-1] == "frame"
+            ):
+                self.keep(self.frame, tag, text)
 
-    def keep(self, tag: str, text: str) -> None:
-        assert self.frame is not None
+    def keep(self, frame: MvnxFrame, tag: str, text: str) -> None:
         counted, each = _KEPT[tag]
-        labels = {"segment": self.file.segments, "joint": self.file.joints, "contact": self.file.contacts}
+        labels = {
+            "segment": self.file.segments,
+            "joint": self.file.joints,
+            "contact": self.file.contacts,
+        }
         count = len(labels[counted]) or (len(text.split()) if counted == "contact" else 0)
-        self.frame.values[tag] = self.numbers(text, count * each, f"<{tag}>, {each} per {counted}")
+        frame.values[tag] = self.numbers(text, count * each, f"<{tag}>, {each} per {counted}")
 
     def numbers(self, text: str, count: int, what: str) -> Array:
         words = text.split()
@@ -229,7 +254,9 @@ class _Handler:
         try:
             values = np.array(words, dtype=np.float64)
         except ValueError as problem:
-            raise MalformedRecordingError(self.place, f"numbers ({what})", str(problem)[:80]) from None
+            raise MalformedRecordingError(
+                self.place, f"numbers ({what})", str(problem)[:80]
+            ) from None
         if not np.all(np.isfinite(values)):
             k = int(np.flatnonzero(~np.isfinite(values))[0])
             raise MalformedRecordingError(
@@ -241,6 +268,8 @@ class _Handler:
     def finished(self) -> MvnxFile:
         if not self.file.frames:
             raise TruncatedRecordingError(
-                self.name, "at least one frame of motion", f"none ({len(self.file.reference_frames)} reference poses)"
+                self.name,
+                "at least one frame of motion",
+                f"none ({len(self.file.reference_frames)} reference poses)",
             )
         return self.file

@@ -19,16 +19,18 @@ def read_recording(
 
     Args:
         path: an MVNX (version 3 or 4) or BVH file.
-        units: length unit of a BVH file (``m``, ``cm``, ``mm``, ``in``, ``cmu``), for when its skeleton
-            does not tell.
+        units: length unit of a BVH file (``m``, ``cm``, ``mm``, ``in``, ``cmu``), for when its
+            skeleton does not tell.
         up: vertical axis of a BVH file (``y``, ``z``, ``-z`` …), for when its frames do not tell.
 
     Returns:
-        The motion in metres, seconds and z-up axes, with a report of what was converted and noticed.
+        The motion in metres, seconds and z-up axes, with a report of what was converted and
+        noticed.
 
     Raises:
-        RecordingFileError: the file is of another format, damaged, hostile or ambiguous; the subclass
-            says which, the message where. No other exception leaves this function for any file content.
+        RecordingFileError: the file is of another format, damaged, hostile or ambiguous; the
+            subclass says which, the message where. No other exception leaves this function for any
+            file content.
     """
     file = Path(path)
     read = _READERS[sniff(file)]

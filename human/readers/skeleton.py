@@ -36,8 +36,8 @@ def present_parent(segment: str, present: Container[str]) -> str | None:
 def shortest_turn(source: Array, target: Array) -> Array:
     """Returns the rotation matrix of least angle that takes the direction ``source`` to ``target``.
 
-    Both are ``(3,)``, of any length, not opposite (opposite ones give a half turn about an axis normal
-    to them).
+    Both are ``(3,)``, of any length, not opposite (opposite ones give a half turn about an axis
+    normal to them).
     """
     a, b = source / np.linalg.norm(source), target / np.linalg.norm(target)
     axis = np.cross(a, b)

@@ -11,7 +11,11 @@ _XML_ENCODED_ANGLE = (b"<", b"<\x00", b"\x00<")
 
 #: (test on the head, what it is, what to do): formats that people have and that are not read here.
 _OTHERS: tuple[tuple[bytes, str, str], ...] = (
-    (b"Kaydara FBX", "a binary FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
+    (
+        b"Kaydara FBX",
+        "a binary FBX scene",
+        "Export the skeleton as BVH (Blender: File > Export > BVH).",
+    ),
     (b"; FBX", "a text FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
     (b"MATLAB 5.0", "a MATLAB file", "Export the recording as MVNX or BVH."),
     (b"\x89HDF", "an HDF5 file", "Export the recording as MVNX or BVH."),
@@ -42,7 +46,10 @@ def sniff(path: Path) -> Format:
         return "bvh"
     if head[1:2] == b"\x50" and head[:1] and head[0] <= 64 and b"\x00" in head:
         raise UnknownFormatError(
-            path.name, "MVNX or BVH", "a C3D file", "Marker files are not read yet; give MVNX or BVH."
+            path.name,
+            "MVNX or BVH",
+            "a C3D file",
+            "Marker files are not read yet; give MVNX or BVH.",
         )
     for magic, name, advice in _OTHERS:
         if text.startswith(magic):
@@ -52,5 +59,8 @@ def sniff(path: Path) -> Format:
         return "mvnx"
     shown = text[:24].decode("ascii", "replace").splitlines()[0]
     raise UnknownFormatError(
-        path.name, "MVNX or BVH", f"content that begins with {shown!r}", "Export the recording as MVNX or BVH."
+        path.name,
+        "MVNX or BVH",
+        f"content that begins with {shown!r}",
+        "Export the recording as MVNX or BVH.",
     )
