@@ -20,7 +20,7 @@ from pathlib import Path
 from devtools.checkout import Checkout
 from devtools.checks import Check, lint_checks, pytest, run_checks, test_checks
 from devtools.commands import Stop, call, say
-from devtools.environment import set_up
+from devtools.environment import set_up, set_up_tools
 
 ROOT = Path(__file__).resolve().parent
 PYTHON_NEEDED = (3, 11)
@@ -83,7 +83,7 @@ def test(checkout: Checkout, options: argparse.Namespace) -> None:
 
 def lint(checkout: Checkout, options: argparse.Namespace) -> None:
     """Runs the checks that only read the code."""
-    set_up(checkout, tests=True)
+    set_up_tools(checkout, tests=True)
     run_checks(checkout, lint_checks(checkout))
 
 
@@ -98,7 +98,7 @@ def bench(checkout: Checkout, options: argparse.Namespace) -> None:
             f"There is no benchmark called {', '.join(unknown)}.",
             f"name one of {', '.join(there)}",
         )
-    set_up(checkout, tests=True)
+    set_up_tools(checkout, tests=True)
     python = str(checkout.python)
     run_checks(
         checkout,

@@ -12,7 +12,7 @@ from devtools.browser import find_browser
 from devtools.checkout import Checkout
 from devtools.commands import Stop, ask, call
 from devtools.torch_build import torch_commands
-from devtools.web import build_web
+from devtools.web import build_web, prepare_web
 
 AGAIN = "see that the network and 3 GB of disk are there and run the command again"
 
@@ -20,7 +20,15 @@ WHICH_PYTHON = "import sys; print('{}.{}'.format(*sys.version_info[:2]), sys.bas
 
 
 def set_up(checkout: Checkout, *, tests: bool = False) -> None:
-    """Prepares ``.venv`` and the web bundle; with ``tests``, the tools of the tests too."""
+    """Prepares all that serving needs; with ``tests``, the tests' tools and browser too."""
+    set_up_tools(checkout, tests=tests)
+    build_web(checkout)
+    if tests:
+        checkout.step("browser", which_python(), [], lambda: find_browser(checkout))
+
+
+def set_up_tools(checkout: Checkout, *, tests: bool) -> None:
+    """Prepares ``.venv``, without the dashboard; with ``tests``, everybody's tools."""
     version, choice = which_python(), checkout.torch_choice
     checkout.step(
         "environment",
@@ -31,7 +39,8 @@ def set_up(checkout: Checkout, *, tests: bool = False) -> None:
     torch = requirement(checkout, "torch")
     checkout.step("torch", [version, choice, torch], [], lambda: install_torch(checkout, torch))
     # Once tested here, the test tools stay: `run` after `test` must not install again.
-    tests = tests or (checkout.stamps / "browser").exists()
+    mark = checkout.stamps / "tests"
+    tests = tests or mark.exists()
     extras = (["train"] if choice != "none" else []) + (["test"] if tests else [])
     checkout.step(
         "packages",
@@ -39,9 +48,9 @@ def set_up(checkout: Checkout, *, tests: bool = False) -> None:
         [checkout.bin / "ergocast"],
         lambda: install_packages(checkout, extras),
     )
-    build_web(checkout)
     if tests:
-        checkout.step("browser", [version], [], lambda: find_browser(checkout))
+        mark.touch()
+        prepare_web(checkout)
 
 
 def which_python() -> str:

@@ -125,18 +125,11 @@ def install_packages(checkout: Checkout) -> None:
     )
 
 
-def build_web(checkout: Checkout, *, tools: bool = False) -> None:
-    """Builds the dashboard when its sources have changed.
-
-    Args:
-        checkout: The working copy; one without ``web/`` carries the built page.
-        tools: Whether the web tools are wanted even when there is nothing to build.
-    """
-    if not has_sources(checkout) or (is_current(checkout) and not tools):
-        return
-    if not node_is_there(checkout):
-        checkout.step("node", NODE_PACKAGE, [checkout.bin / "npm"], lambda: install_node(checkout))
-    install_packages(checkout)
+def build_web(checkout: Checkout) -> None:
+    """Builds the dashboard when its sources have changed."""
+    if is_current(checkout) or not has_sources(checkout):
+        return  # a working copy without web/ carries the built page
+    prepare_web(checkout)
     checkout.step(
         "dashboard",
         sources_digest(checkout),
@@ -149,3 +142,12 @@ def build_web(checkout: Checkout, *, tools: bool = False) -> None:
         ),
         stamp=checkout.bundle / STAMP,
     )
+
+
+def prepare_web(checkout: Checkout) -> None:
+    """Sees to it that there is a Node, and in ``web/`` what its scripts need."""
+    if not has_sources(checkout):
+        return
+    if not node_is_there(checkout):
+        checkout.step("node", NODE_PACKAGE, [checkout.bin / "npm"], lambda: install_node(checkout))
+    install_packages(checkout)
