@@ -26,6 +26,8 @@ from human.kinematics import SegmentPoses, forward_kinematics, frame_poses
 from human.model import Frame, HumanModel, Subject
 from human.motion import Motion, Provenance
 from human.names import DOF_NAMES, JOINTS, SEGMENTS
+from human.urdf_reader import from_urdf
+from human.urdf_writer import to_urdf
 
 __all__ = [
     "DOF_NAMES",
@@ -53,6 +55,7 @@ __all__ = [
     "Wrench",
     "forward_kinematics",
     "frame_poses",
+    "from_urdf",
     "generate_model",
     "inverse_dynamics",
     "joint_forces",
@@ -60,4 +63,5 @@ __all__ = [
     "joint_moments",
     "motion_from_configurations",
     "scale_model",
+    "to_urdf",
 ]
