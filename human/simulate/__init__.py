@@ -4,6 +4,17 @@ Imported by tests, demo, docs and benchmarks only; no estimator knows of it.
 """
 
 from human.simulate.errors import SimulationError
+from human.simulate.ground import Dynamics, solve_dynamics
+from human.simulate.operator import OPERATOR_KINDS, Comfort, Operator, operator
+from human.simulate.paths import (
+    MinimumJerkPath,
+    PosePath,
+    PoseSamples,
+    SplinePath,
+    minimum_jerk,
+    minimum_jerk_path,
+    spline_path,
+)
 from human.simulate.planar import (
     MOBILITY_RANGE,
     PlanarArm,
@@ -13,14 +24,42 @@ from human.simulate.planar import (
     planar_law,
     simulate_planar,
 )
+from human.simulate.reaching import (
+    simulate_following,
+    simulate_reaching,
+    standing_configuration,
+)
+from human.simulate.records import SimulatedMotion, Truth
+from human.simulate.robot_scene import RobotScene, RobotTrajectory, robot_trajectories
 
 __all__ = [
     "MOBILITY_RANGE",
+    "OPERATOR_KINDS",
+    "Comfort",
+    "Dynamics",
+    "MinimumJerkPath",
+    "Operator",
     "PlanarArm",
     "PlanarComfort",
     "PlanarDemonstrations",
     "PlanarLaw",
+    "PosePath",
+    "PoseSamples",
+    "RobotScene",
+    "RobotTrajectory",
+    "SimulatedMotion",
     "SimulationError",
+    "SplinePath",
+    "Truth",
+    "minimum_jerk",
+    "minimum_jerk_path",
+    "operator",
     "planar_law",
+    "robot_trajectories",
+    "simulate_following",
     "simulate_planar",
+    "simulate_reaching",
+    "solve_dynamics",
+    "spline_path",
+    "standing_configuration",
 ]

@@ -1,4 +1,4 @@
-"""Puts a whole body together: the pelvis on its path, feet where they stand, hands led or hanging."""
+"""Puts a whole body together: pelvis on its path, feet where they stand, hands led or hanging."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -64,15 +64,16 @@ def whole_body(
         legs: right and left leg of the model.
         paths: pelvis and feet.
         time_s: ``T`` [s].
-        hanging: angles of every joint that is neither in a leg nor led, as a smooth function of time.
+        hanging: angles of every joint that is neither in a leg nor led, as a smooth function of
+            time.
         led: indices of the joints that the hand leads, and what they do.
         provenance: what to write into the motion.
 
     Raises:
         SimulationError: a foot is out of reach of its leg.
 
-    Derived here: base velocity is the exact derivative of the pelvis path in body axes; leg angles are
-    closed form in time, so their five-point differences are exact to about 1e-8.
+    Derived here: base velocity is the exact derivative of the pelvis path in body axes; leg angles
+    are closed form in time, so their five-point differences are exact to about 1e-8.
     """
 
     def angles(t: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What the ground does to a simulated person: exact inverse dynamics, with Pinocchio's own algorithms.
+"""What the ground does to a simulated person: exact inverse dynamics, by Pinocchio alone.
 
 Wrenches here act on the person, in world axes, force first, the moment about the world origin.
 """
@@ -45,7 +45,7 @@ def solve_dynamics(
     contact: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None = None,
     share_right: Array | None = None,
 ) -> Dynamics:
-    """Solves inverse dynamics of a motion whose hands carry point masses and whose feet carry it all.
+    """Solves inverse dynamics of a motion: hands carry point masses, feet carry everything.
 
     Args:
         model: the person.
@@ -62,9 +62,10 @@ def solve_dynamics(
         wrench enters at the pelvis, so that torques above it hold and torques below are those of
         legs hanging free.
 
-    Derived here: RNEA without ground gives the wrench that the base lacks; that is the ground's. Both feet
-    get their share of the vertical force at centers of pressure that add up to the whole's, horizontal
-    forces and the moment about the vertical by the same share, so that the sum is exact.
+    Derived here: RNEA without ground gives the wrench that the base lacks; that is the ground's.
+    Both feet get their share of the vertical force at centers of pressure that add up to the
+    whole's, horizontal forces and the moment about the vertical by the same share, so that the sum
+    is exact.
     """
     pin_model = model.pinocchio()
     data = pin_model.createData()
@@ -131,7 +132,10 @@ def _split(
     # Move both centers of pressure by the same amount, so that their weighted mean is the whole's.
     shift = pressure - (share * right + (1.0 - share) * left)
     out = np.empty((2, len(ground), 6))
-    for wrench, part, center in ((out[0], share, right + shift), (out[1], 1.0 - share, left + shift)):
+    for wrench, part, center in (
+        (out[0], share, right + shift),
+        (out[1], 1.0 - share, left + shift),
+    ):
         force = part * ground[:, :3]
         wrench[:, :3] = force
         wrench[:, 3] = center[:, 1] * force[:, 2]

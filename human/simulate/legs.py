@@ -123,7 +123,8 @@ def _leg(model: HumanModel, side: str) -> Leg:
         ball = offset[f"j{side}BallFoot"]
     except (KeyError, ValueError) as error:
         raise SimulationError(
-            f"model {model.name!r} has no full {side} leg ({error}); use one of 66 degrees of freedom"
+            f"model {model.name!r} has no full {side} leg ({error}); "
+            "use one of 66 degrees of freedom"
         ) from error
     foot, toe = model.shapes.get(f"{side}Foot"), model.shapes.get(f"{side}Toe")
     if isinstance(foot, Box) and isinstance(toe, Box):

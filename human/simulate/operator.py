@@ -1,10 +1,10 @@
 """Operators: people who resolve their redundancy by a law that is known to the last number.
 
-``qdot = J_W^+ xdot + (I - J_W^+ J) z`` with ``z = -grad C(q) + noise``: W says which joints a person
-likes to move, C where they are comfortable, and the noise makes two repetitions differ.
+``qdot = J_W^+ xdot + (I - J_W^+ J) z`` with ``z = -grad C(q) + noise``: W says which joints a
+person likes to move, C where they are comfortable, and the noise makes two repetitions differ.
 
-Source: Vianello et al. 2021, eq. 3 and 9 (with the sign that seeks comfort). The numbers of each kind of
-person are chosen here to make people who differ in a plain way; they are not measured.
+Source: Vianello et al. 2021, eq. 3 and 9 (with the sign that seeks comfort). The numbers of each
+kind of person are chosen here to make people who differ in a plain way; they are not measured.
 """
 
 from collections.abc import Mapping
@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from human.joint_limits import joint_limits
+from human.model import HumanModel
 from human.names import DOF_NAMES
 from human.simulate.errors import SimulationError
 
@@ -31,8 +33,8 @@ def _frozen(values: object) -> Array:
 class Comfort:
     """The discomfort C(q) of a posture, and with it the null-space velocity ``z = -grad C``.
 
-    ``C = sum_j rate_j d_j^2 / 2 + sum_j edge_rate margin relu(1 - room_j / margin)^3 / 3`` with d the
-    deviation from neutral and room the distance to the nearer joint limit: within the margins
+    ``C = sum_j rate_j d_j^2 / 2 + sum_j edge_rate margin relu(1 - room_j / margin)^3 / 3`` with d
+    the deviation from neutral and room the distance to the nearer joint limit: within the margins
     next to the limits a second term pushes back.
 
     Attributes:
@@ -94,7 +96,8 @@ class Operator:
         comfort: C and the joint limits.
         null_noise: sd of the coherent noise added to z, ``66`` [rad/s].
         noise_time_s: time over which that noise forgets itself [s].
-        leg_share: share of the way down to a low object that the legs make; the trunk makes the rest.
+        leg_share: share of the way down to a low object that the legs make; the trunk makes the
+            rest.
         pace_m_s: mean speed of the person's own hand movements [m/s].
         reaction_s: pause before a movement that the person, not the robot, begins [s].
     """
@@ -178,9 +181,8 @@ def _factor(name: str, habit: _Habit) -> float:
 def operator(
     kind: str,
     rng: np.random.Generator,
+    model: HumanModel | None = None,
     *,
-    lower: Array,
-    upper: Array,
     noise: float = 0.06,
     spread: float = 0.2,
 ) -> Operator:
@@ -189,30 +191,32 @@ def operator(
     Args:
         kind: one of ``OPERATOR_KINDS``.
         rng: source of what makes this person differ from others of the kind.
-        lower: joint limits of the model, ``66`` [rad].
-        upper: joint limits of the model, ``66`` [rad].
-        noise: sd of the null-space noise of a joint of mobility one [rad/s]; it goes with the root of
-            the mobility, since W is the covariance of what a person does when nothing binds them.
+        model: whose joint limits bind this person; the published ranges of motion if not given.
+        noise: sd of the null-space noise of a joint of mobility one [rad/s]; it goes with the root
+            of the mobility, since W is the covariance of what a person does when nothing binds
+            them.
         spread: sd of the logarithm of the factors that make the person.
 
     Raises:
-        SimulationError: an unknown kind, or limits of the wrong shape.
+        SimulationError: an unknown kind, or a model of other degrees of freedom.
     """
     if kind not in _HABITS:
         raise SimulationError(f"unknown kind {kind!r}; use one of {', '.join(OPERATOR_KINDS)}")
     n = len(DOF_NAMES)
-    if np.shape(lower) != (n,) or np.shape(upper) != (n,):
+    if model is not None and model.dof_names != DOF_NAMES:
         raise SimulationError(
-            f"limits: expected {n} each, got {np.shape(lower)} and {np.shape(upper)}"
+            f"expected the {n} degrees of freedom of human.DOF_NAMES, model {model.name!r} has "
+            f"{model.n_dof}; generate one with human.generate_model"
         )
+    lower, upper = joint_limits(DOF_NAMES) if model is None else (model.lower, model.upper)
     habit = _HABITS[kind]
     mobility, rate, neutral = (np.array(x) for x in zip(*map(_average, DOF_NAMES), strict=True))
     mobility = mobility * [_factor(name, habit) for name in DOF_NAMES]
     mobility = mobility * np.exp(spread * rng.standard_normal(n))
     rate = rate * np.exp(spread * rng.standard_normal(n))
-    inside = np.minimum(0.2, 0.4 * (np.asarray(upper) - np.asarray(lower)))
+    inside = np.minimum(0.2, 0.4 * (upper - lower))
     neutral = neutral + 0.05 * np.sqrt(mobility) * rng.standard_normal(n)
-    neutral = np.clip(neutral, np.asarray(lower) + inside, np.asarray(upper) - inside)
+    neutral = np.clip(neutral, lower + inside, upper - inside)
     return Operator(
         kind=kind,
         mobility=_frozen(mobility),
@@ -220,7 +224,7 @@ def operator(
         null_noise=_frozen(noise * np.sqrt(mobility)),
         noise_time_s=0.3,
         leg_share=float(np.clip(habit.leg_share + 0.05 * rng.standard_normal(), 0.0, 1.0)),
-        pace_m_s=float(0.4 * np.exp(spread * rng.standard_normal())),
+        pace_m_s=float(0.25 * np.exp(spread * rng.standard_normal())),
         reaction_s=float(0.25 * np.exp(spread * rng.standard_normal())),
     )
 

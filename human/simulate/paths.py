@@ -4,6 +4,7 @@ A path can be asked for any time, and answers with the pose and its exact deriva
 simulated person can be led along it without the error of differentiating samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -33,6 +34,16 @@ class PoseSamples:
     linear: Array
     angular: Array
 
+    @staticmethod
+    def joined(pieces: "Sequence[PoseSamples]") -> "PoseSamples":
+        """Returns pieces one after another as one."""
+        return PoseSamples(
+            np.concatenate([p.position for p in pieces]),
+            np.concatenate([p.rotation for p in pieces]),
+            np.concatenate([p.linear for p in pieces]),
+            np.concatenate([p.angular for p in pieces]),
+        )
+
     @property
     def twist(self) -> Array:
         """Linear then angular velocity, ``T x 6``, of the point and in the axes of the path."""
@@ -49,7 +60,7 @@ class PoseSamples:
         drift = self.linear - frame.linear - np.cross(frame.angular, arm)
 
         def turn(vector: Array) -> Array:
-            return np.einsum("...ij,...j->...i", R, vector)
+            return np.asarray(np.einsum("...ij,...j->...i", R, vector))
 
         return PoseSamples(
             turn(arm), R @ self.rotation, turn(drift), turn(self.angular - frame.angular)
@@ -59,7 +70,7 @@ class PoseSamples:
         """Returns the motion of one who moves like this on a moving frame; undoes ``seen_from``."""
 
         def turn(vector: Array) -> Array:
-            return np.einsum("...ij,...j->...i", frame.rotation, vector)
+            return np.asarray(np.einsum("...ij,...j->...i", frame.rotation, vector))
 
         arm = turn(self.position)
         return PoseSamples(
@@ -272,7 +283,8 @@ def spline_path(time_s: ArrayLike, position: ArrayLike, orientation_xyzw: ArrayL
         worst = int(np.argmin(np.abs(dot)))
         raise SimulationError(
             f"samples {worst} and {worst + 1} are turned against each other by "
-            f"{np.rad2deg(2.0 * np.arccos(abs(dot[worst]))):.0f} degrees; give samples under 90 apart"
+            f"{np.rad2deg(2.0 * np.arccos(abs(dot[worst]))):.0f} degrees; "
+            "give samples under 90 apart"
         )
     return SplinePath(
         t,

@@ -16,7 +16,7 @@ from human.simulate.legs import legs_of
 from human.simulate.operator import Operator, coherent_noise
 from human.simulate.paths import MinimumJerkPath, PosePath, PoseSamples, minimum_jerk_path
 from human.simulate.records import SimulatedMotion, Truth
-from human.simulate.resolve import Law, LimbChain, Resolved, follow
+from human.simulate.resolve import Law, LimbChain, Resolved, TipPaths, follow
 from human.simulate.stance import Stance, sole_center
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 #: Targets are redrawn this often before giving up.
 _TRIES = 40
 #: Longest movement, for which noise is kept ready [s].
-_LONGEST_S = 8.0
+_LONGEST_S = 10.0
 
 
 def hand_frame(hand: str) -> str:
@@ -41,7 +41,7 @@ def hand_frame(hand: str) -> str:
 def standing_configuration(
     model: HumanModel, operator: Operator, stance: Stance | None = None
 ) -> Array:
-    """Returns how an operator stands at ease: their comfortable posture with both feet on the floor.
+    """Returns how an operator stands at ease: comfortable, both feet on the floor.
 
     Args:
         model: the person's body.
@@ -79,8 +79,8 @@ def simulate_reaching(
 ) -> SimulatedMotion:
     """Simulates a person who is led by the hand to targets and back, with minimum jerk.
 
-    The pelvis and the other arm rest, so that the law of the hand's chain (24 degrees of freedom) is
-    exactly the operator's.
+    The pelvis and the other arm rest, so that the law of the hand's chain (24 degrees of freedom)
+    is exactly the operator's.
 
     Args:
         model: the person's body.
@@ -130,8 +130,9 @@ def simulate_reaching(
             leg_ticks = _ticks(home, target, operator.pace_m_s * rng.uniform(0.7, 1.4), step)
             path = _out_and_back(home, target, (tick + pause) * step, leg_ticks * step, rng)
             ticks = np.arange(tick, tick + pause + 2 * leg_ticks + 1)
+            time_s = ticks.astype(np.float64) * step
             try:
-                piece = follow(law, _seen(path, pelvis), ticks * step, posture, noise)
+                piece = follow(law, _seen(path, pelvis), time_s, posture, noise)
             except SimulationError:
                 if targets is not None or attempt == _TRIES - 1:
                     raise
@@ -139,25 +140,21 @@ def simulate_reaching(
             break
         last = movement == count - 1
         kept = slice(None, None if last else -1)
-        pieces.append(
-            Resolved(piece.q[kept], piece.v[kept], piece.a[kept], piece.noise[kept], 0.0)
-        )
-        hand_pieces.append(path.sample(ticks[kept] * step))
+        pieces.append(piece[kept])
+        hand_pieces.append(path.sample(time_s[kept]))
         ids.append(np.where(ticks[kept] >= tick + pause, movement, -1))
         posture, tick = piece.q[-1], int(ticks[-1])
-    course = Resolved(
-        *(np.concatenate([getattr(p, name) for p in pieces]) for name in ("q", "v", "a", "noise")),
-        0.0,
-    )
-    hands = PoseSamples(
-        *(
-            np.concatenate([getattr(p, name) for p in hand_pieces])
-            for name in ("position", "rotation", "linear", "angular")
-        )
-    )
-    time_s = np.arange(tick + 1) * step
+    time_s = np.arange(tick + 1, dtype=np.float64) * step
     return _recorded(
-        model, operator, law, q_start, time_s, course, hands, np.concatenate(ids), None
+        model,
+        operator,
+        law,
+        q_start,
+        time_s,
+        Resolved.joined(pieces),
+        PoseSamples.joined(hand_pieces),
+        np.concatenate(ids),
+        None,
     )
 
 
@@ -180,8 +177,8 @@ def simulate_following(
         path: hand poses, world axes.
         rng: source of all randomness.
         hand: which one is led.
-        q_start: whole-body configuration to start from; standing at ease if not given. The hand must
-            be at the start of the path to within what one small step corrects.
+        q_start: whole-body configuration to start from; standing at ease if not given. The hand
+            must be at the start of the path to within what one small step corrects.
         load_kg: mass the hand bears.
         rate_hz: samples per second.
 
@@ -241,7 +238,9 @@ def _recorded(
         (law.chain.dof, course),
         Provenance("simulated: led by the hand", steps=(f"operator kind {operator.kind}",)),
     )
-    soles = [sole_center(leg, M.translation, M.rotation) for leg, M in zip(legs, ankles, strict=True)]
+    soles = [
+        sole_center(leg, M.translation, M.rotation) for leg, M in zip(legs, ankles, strict=True)
+    ]
     T = time_s.size
     contact = paths.in_contact(time_s)
     return SimulatedMotion(
@@ -274,7 +273,7 @@ def _pelvis_of(q: Array) -> MinimumJerkPath:
     return _still(q[:3], Rotation.from_quat(q[3:7]).as_matrix())
 
 
-def _seen(path: PosePath, pelvis: PosePath):  # type: ignore[no-untyped-def]
+def _seen(path: PosePath, pelvis: PosePath) -> TipPaths:
     return lambda t: [path.sample(t).seen_from(pelvis.sample(t))]
 
 
@@ -315,7 +314,7 @@ def _ticks(
     """Returns how many samples one way takes; turning counts a quarter of a metre per radian."""
     turn = float(np.linalg.norm(pin.log3(home[1].T @ target[1])))
     way = float(np.linalg.norm(target[0] - home[0])) + 0.25 * turn
-    return int(np.clip(np.ceil(way / pace_m_s / step), 0.5 / step, 0.4 * _LONGEST_S / step))
+    return int(np.clip(np.ceil(way / pace_m_s / step), 1.0 / step, 0.4 * _LONGEST_S / step))
 
 
 def _out_and_back(

@@ -4,7 +4,7 @@ The kinematics here are Pinocchio's own, so that what is tested against a simula
 tested against itself.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,7 @@ class LimbChain:
             with_rotation: whether the task is the pose or the position alone.
         """
         self.tips = tips
+        self._person = model
         self._model = model.pinocchio()
         self._data = self._model.createData()
         self._frames = [self._model.getFrameId(tip) for tip in tips]
@@ -58,6 +59,10 @@ class LimbChain:
             sorted(self._model.joints[j].idx_v - 6 for j in supports if j > 1), dtype=np.intp
         )
         self._configuration = pin.neutral(self._model)
+
+    def position_only(self) -> "LimbChain":
+        """Returns the chain whose task is the position of the tips alone."""
+        return LimbChain(self._person, self.tips, with_rotation=False)
 
     def pose_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
         """Returns the tips in pelvis axes.
@@ -103,6 +108,27 @@ class Resolved:
     a: Array
     noise: Array
     tip_error: float
+
+    @staticmethod
+    def joined(pieces: "Sequence[Resolved]") -> "Resolved":
+        """Returns pieces one after another as one."""
+        return Resolved(
+            np.concatenate([p.q for p in pieces]),
+            np.concatenate([p.v for p in pieces]),
+            np.concatenate([p.a for p in pieces]),
+            np.concatenate([p.noise for p in pieces]),
+            max(p.tip_error for p in pieces),
+        )
+
+    def __getitem__(self, samples: slice) -> "Resolved":
+        """Returns some of the samples."""
+        return Resolved(
+            self.q[samples],
+            self.v[samples],
+            self.a[samples],
+            self.noise[samples],
+            self.tip_error,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +195,8 @@ def follow(
         law: who moves, and how.
         paths: the tips' poses in pelvis axes at given times.
         time_s: ``T`` [s], evenly spaced.
-        q_start: posture of the chain at the first time, ``n`` [rad]; moved onto the path if need be.
+        q_start: posture of the chain at the first time, ``n`` [rad]; moved onto the path if need
+            be.
         noise: what is added to z, for the chain's joints.
 
     Returns:

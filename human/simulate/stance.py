@@ -41,7 +41,7 @@ class Stance:
 
     def pelvis(self, legs: tuple[Leg, Leg]) -> Array:
         """Returns where the pelvis is when standing upright, ``3`` [m], world."""
-        return np.asarray(self.origin + [0.0, 0.0, standing_height(legs)])
+        return np.asarray(self.origin + np.array([0.0, 0.0, standing_height(legs)]))
 
 
 def standing_height(legs: tuple[Leg, Leg]) -> float:
@@ -53,6 +53,6 @@ def standing_height(legs: tuple[Leg, Leg]) -> float:
 
 
 def sole_center(leg: Leg, ankle: Array, rotation: Array) -> Array:
-    """Returns the middle of the sole on the floor, ``T x 2`` [m], for ankle poses of a flat foot."""
+    """Returns the middle of a flat foot's sole, ``... x 2`` [m], world, from its ankle pose."""
     ahead = np.array([0.5 * (leg.heel + leg.toe), 0.0, 0.0])
     return np.asarray((ankle + rotation @ ahead)[..., :2])
