@@ -27,7 +27,7 @@ def lint_checks(checkout: Checkout) -> list[Check]:
         Check("ruff", tool(checkout, "ruff", "check", "."), checkout.root),
         Check("ruff format", tool(checkout, "ruff", "format", "--check", "."), checkout.root),
         Check("mypy", tool(checkout, "mypy"), checkout.root),
-        Check("import rules", tool(checkout, "lint-imports"), checkout.root),
+        Check("import rules", tool(checkout, "lint-imports", "--no-logo"), checkout.root),
     ]
     names = ("typecheck", "lint") if has_sources(checkout) else ()
     return checks + [web_check(checkout, name) for name in names]
