@@ -56,9 +56,9 @@ PELVIS_HEIGHT_M = 0.97
 
 #: id, trunk lean (rad), arm raise (rad), load of the low back (N m), mean RULA, rank, p_best, ties.
 CANDIDATES: tuple[tuple[str, float, float, float, float, int | None, float | None], ...] = (
-    ("overhead-far", 0.15, 1.9, 96.0, 5.8, 4, 0.0),
+    ("overhead-far", 0.15, 1.9, 96.0, 5.8, 3, 0.04),
     ("chest-high", 0.12, 0.9, 41.0, 3.2, 1, 0.78),
-    ("low-side", 1.0, 0.5, 121.0, 5.1, 3, 0.04),
+    ("low-side", 1.0, 0.5, 121.0, 5.1, 4, 0.0),
     ("close-in", 0.3, 0.8, 58.0, 3.6, 2, 0.18),
     ("behind-the-post", 0.0, 0.0, 0.0, 0.0, None, None),
 )

@@ -34,7 +34,7 @@ export function words(name: string): string {
     .replace(/[_-]+/g, " ")
     .replace(/([a-z])([A-Z])/g, (_, a: string, b: string) => `${a} ${b.toLowerCase()}`)
     .trim();
-  return capital(spaced);
+  return capital(spaced.replace(/\b(rula|reba)\b/gi, (score) => score.toUpperCase()));
 }
 
 const METHODS: Readonly<Record<string, string>> = {
@@ -58,3 +58,7 @@ export function compareJoints(a: string, b: string): number {
   };
   return place(a) - place(b) || a.localeCompare(b);
 }
+
+/** Lowers the first letter, to stand inside a sentence; abbreviations keep theirs. */
+export const inSentence = (text: string): string =>
+  /^[A-Z]{2}/.test(text) ? text : text.charAt(0).toLowerCase() + text.slice(1);

@@ -4,7 +4,7 @@
 import type { Assessment, Candidate } from "../data/types";
 import { atLeast, meanOverTime } from "./distributions";
 import { figure, percent, unitWords } from "./format";
-import { jointWords, words } from "./names";
+import { inSentence, jointWords, words } from "./names";
 
 export interface Verdict {
   /** Candidates to take: one, or several where nothing tells them apart. */
@@ -55,7 +55,7 @@ function decidingPart(better: Candidate, worse: Candidate): string | null {
       const unit = unitWords(part.unit);
       const space = unit === "" || unit === "°" ? "" : " ";
       text =
-        `${words(part.name).toLowerCase()} ${figure(part.value)}${space}${unit}` +
+        `${inSentence(words(part.name))} ${figure(part.value)}${space}${unit}` +
         ` against ${figure(other.value)}${space}${unit}`;
     }
   }
@@ -102,8 +102,10 @@ export function verdictOf(assessment: Assessment): Verdict {
   const facts: string[] = [];
   if (mean !== null) facts.push(`RULA ${mean.toFixed(1)} on average`);
   if (share !== null) facts.push(`at 5 or above ${percent(share)} of the time`);
-  if (peak)
-    facts.push(`most at the ${lowered(jointWords(peak.joint))}, ${figure(peak.effort)} N·m`);
+  if (peak) {
+    const joint = inSentence(jointWords(peak.joint));
+    facts.push(`most effort at the ${joint}, ${figure(peak.effort)} N·m`);
+  }
   if (facts.length > 0) reasons.push(`${facts.join(", ")}.`);
   if (best.out_of_distribution?.flag) {
     reasons.push("It leads through postures unlike any in the demonstrations: trust it less.");
@@ -113,6 +115,3 @@ export function verdictOf(assessment: Assessment): Verdict {
   }
   return { take, headline, reasons };
 }
-
-/** Lowers the first letter, to stand inside a sentence. */
-const lowered = (text: string) => text.charAt(0).toLowerCase() + text.slice(1);

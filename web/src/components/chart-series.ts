@@ -6,8 +6,8 @@ export interface Line {
   label: string;
   times: readonly number[];
   values: readonly number[];
-  /** `main` is the answer, `compare` another candidate, `faint` a second reading; `edge` bounds a band. */
-  kind: "main" | "compare" | "faint" | "edge";
+  /** `main` is the answer, `compare` another candidate; `edge` bounds a band. */
+  kind: "main" | "compare" | "edge";
   /** Holds its value until the next sample, as scores do. */
   stepped?: boolean;
 }

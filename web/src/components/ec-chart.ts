@@ -8,7 +8,7 @@ import { PlaybackController } from "../common/playback-controller";
 import { sharedStyles } from "../common/shared-styles";
 import { type Line, type Range, type Zone, chartData } from "./chart-series";
 
-const AXIS_WIDTH = 40;
+const AXIS_WIDTH = 48;
 
 /**
  * A quantity over time with its band, tied to the page's clock: a click or a drag sets the time.
@@ -222,7 +222,17 @@ export class EcChart extends LitElement {
       bands: this.range
         ? [{ series: [1, 2], fill: withAlpha(this.#colour("--accent"), 0.17) }]
         : [],
-      hooks: { drawClear: [(u) => this.#drawZones(u)], draw: [(u) => this.#drawMarks(u)] },
+      hooks: {
+        drawClear: [(u) => this.#drawZones(u)],
+        draw: [
+          (u) => {
+            this.#drawZoneLabels(u);
+            this.#drawMarks(u);
+            // Only now are the scales settled, on which the playhead's place depends.
+            this.#move();
+          },
+        ],
+      },
     };
     this.#chart = new uPlot(options, columns as uPlot.AlignedData, this.plot);
     this.plot.prepend(this.#chart.root);
@@ -234,7 +244,6 @@ export class EcChart extends LitElement {
     const looks = {
       main: { stroke: this.#colour("--accent"), width: 2 },
       compare: { stroke: this.#colour("--ink-soft"), width: 1.2, dash: [4, 3] },
-      faint: { stroke: this.#colour("--part-4"), width: 1.2 },
       edge: { stroke: "transparent", width: 0 },
     };
     return { ...base, ...looks[line.kind], ...(paths ? { paths } : {}) };
@@ -248,20 +257,32 @@ export class EcChart extends LitElement {
   }
 
   #drawZones(u: uPlot): void {
-    const pen = u.ctx;
     const { left, width } = u.bbox;
+    for (const zone of this.zones) {
+      const [top, bottom] = zoneEnds(u, zone);
+      u.ctx.fillStyle = this.#colour(zone.colour) || "transparent";
+      u.ctx.fillRect(left, top, width, bottom - top);
+    }
+  }
+
+  /** Written over the curves with a rim, so that neither hides the other. */
+  #drawZoneLabels(u: uPlot): void {
+    const pen = u.ctx;
     pen.save();
     pen.textAlign = "right";
-    pen.textBaseline = "middle";
+    pen.textBaseline = "top";
     pen.font = `${10 * devicePixelRatio}px ${this.#colour("--font")}`;
+    pen.lineWidth = 3 * devicePixelRatio;
+    pen.strokeStyle = this.#colour("--surface");
+    pen.globalAlpha = 0.85;
+    pen.fillStyle = this.#colour("--ink-soft");
+    const right = u.bbox.left + u.bbox.width - 6 * devicePixelRatio;
     for (const zone of this.zones) {
-      const top = u.valToPos(zone.to, "y", true);
-      const bottom = u.valToPos(zone.from, "y", true);
-      pen.fillStyle = this.#colour(zone.colour) || "transparent";
-      pen.fillRect(left, top, width, bottom - top);
+      const [top, bottom] = zoneEnds(u, zone);
       if (bottom - top < 11 * devicePixelRatio) continue;
-      pen.fillStyle = this.#colour("--ink-soft");
-      pen.fillText(zone.label, left + width - 6 * devicePixelRatio, (top + bottom) / 2);
+      const y = top + 2 * devicePixelRatio;
+      pen.strokeText(zone.label, right, y);
+      pen.fillText(zone.label, right, y);
     }
     pen.restore();
   }
@@ -324,6 +345,14 @@ export class EcChart extends LitElement {
   #onUp(): void {
     this.#dragging = false;
   }
+}
+
+/** Upper and lower end of a zone on the canvas, kept inside the plot. */
+function zoneEnds(u: uPlot, zone: Zone): [number, number] {
+  const { top, height } = u.bbox;
+  const inside = (value: number) =>
+    Math.min(top + height, Math.max(top, u.valToPos(value, "y", true)));
+  return [inside(zone.to), inside(zone.from)];
 }
 
 /** A colour with another opacity, by the canvas's own colour mixing. */

@@ -116,6 +116,8 @@ export interface Assessment {
   samples: number;
   methods: string[];
   cost_definition: unknown;
+  /** What holds for every candidate; each adds its own. */
+  assumed?: Assumption[];
   candidates: Candidate[];
 }
 

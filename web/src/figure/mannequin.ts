@@ -36,6 +36,10 @@ export class Mannequin {
       transparent: ghost,
       opacity: ghost ? 0.16 : 1,
       depthWrite: !ghost,
+      // Where a sample agrees with the body it must not tint it.
+      polygonOffset: ghost,
+      polygonOffsetFactor: 6,
+      polygonOffsetUnits: 12,
     });
     this.#owned.push(this.skin);
     for (const [name, span] of skeleton.spans) {
@@ -73,7 +77,7 @@ export class Mannequin {
   #shapesOf(name: string, span: SegmentSpan): BufferGeometry[] {
     const h = this.#stature;
     const part = side(name);
-    if (part === "Head") return [this.#head()];
+    if (part === "Head") return [this.#head(), this.#nose()];
     if (part === "Pelvis") {
       const section = this.#section("Pelvis");
       const top = [...span.ends].find(([child]) => child === "L5")?.[1] ?? new Vector3();
@@ -111,6 +115,14 @@ export class Mannequin {
     return new SphereGeometry(1, 36, 28)
       .scale(0.054 * h, 0.043 * h, 0.064 * h)
       .translate(0.012 * h, 0, 0.05 * h);
+  }
+
+  /** Says which way the face looks. */
+  #nose(): BufferGeometry {
+    const h = this.#stature;
+    return new SphereGeometry(1, 16, 12)
+      .scale(0.011 * h, 0.0065 * h, 0.012 * h)
+      .translate(0.066 * h, 0, 0.043 * h);
   }
 
   /** Where a segment without children ends: fingers along the arm, toes forward. */

@@ -71,7 +71,7 @@ export class Stage {
   setColours(colours: StageColours): void {
     const sky = new Color(colours.sky);
     this.scene.background = sky;
-    this.scene.fog = new Fog(sky, 5, 11);
+    this.scene.fog = new Fog(sky, 6, 14);
     this.#floor.material.color.set(colours.floor);
     const height = this.#floor.position.z;
     this.#grid?.removeFromParent();

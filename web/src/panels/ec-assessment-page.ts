@@ -159,7 +159,9 @@ export class EcAssessmentPage extends LitElement {
         <div class="more">
           <section class="card">
             <h2>Assumed, not measured</h2>
-            <ec-assumed .assumed=${candidate.assumed ?? []}></ec-assumed>
+            <ec-assumed
+              .assumed=${[...(assessment.assumed ?? []), ...(candidate.assumed ?? [])]}
+            ></ec-assumed>
           </section>
           <section class="card">
             <h2>Beside simpler predictors, for ${candidate.id}</h2>

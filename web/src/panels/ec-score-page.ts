@@ -236,9 +236,8 @@ export class EcScorePage extends LitElement {
 
   #plots(result: ScoreResult) {
     const times = result.time_s;
-    const sides = (score: "rula" | "reba"): Line[] => [
-      { label: "left", times, values: result.sides.left[score], kind: "faint", stepped: true },
-      { label: "worst side", times, values: result[score], kind: "main", stepped: true },
+    const line = (score: "rula" | "reba"): Line[] => [
+      { label: "worse side", times, values: result[score], kind: "main", stepped: true },
     ];
     const reading = (score: "rula" | "reba") => (time: number) =>
       `${nearestValue(times, result[score], time)}  (left ${nearestValue(times, result.sides.left[score], time)}, right ${nearestValue(times, result.sides.right[score], time)})`;
@@ -247,7 +246,7 @@ export class EcScorePage extends LitElement {
       <ec-chart
         label="RULA, worse side"
         class="tall"
-        .lines=${sides("rula").slice(1)}
+        .lines=${line("rula")}
         .zones=${RULA_ZONES}
         .limits=${RULA_LIMITS}
         .ticks=${RULA_TICKS}
@@ -258,7 +257,7 @@ export class EcScorePage extends LitElement {
       <ec-chart
         label="REBA, worse side"
         class="tall"
-        .lines=${sides("reba").slice(1)}
+        .lines=${line("reba")}
         .zones=${REBA_ZONES}
         .limits=${REBA_LIMITS}
         .ticks=${REBA_TICKS}

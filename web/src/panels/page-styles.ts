@@ -43,7 +43,7 @@ export const pageStyles = css`
   .left,
   .body,
   .plots {
-    height: max(37rem, calc(100vh - 11.2rem));
+    height: max(37rem, calc(100vh - 12.6rem));
     min-width: 0;
     display: flex;
     flex-direction: column;
@@ -92,6 +92,9 @@ export const pageStyles = css`
     gap: 0.9rem;
     align-items: start;
   }
+  .more > section:only-child {
+    grid-column: 1 / -1;
+  }
   .more > section {
     padding: 0.8rem 1rem;
     min-width: 0;
@@ -131,7 +134,7 @@ export const pageStyles = css`
       height: auto;
     }
     .left ec-candidates {
-      max-height: 27rem;
+      max-height: 40rem;
     }
     .body ec-player {
       height: 27rem;
