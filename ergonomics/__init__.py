@@ -1,5 +1,6 @@
 """How bad a posture or effort is: RULA, REBA, back angle, articular stress."""
 
+from .angles import SIDES, ArmAngles, PostureAngles, Side, posture_angles
 from .errors import CostError, ErgonomicsError, PostureError, UnmeasuredError, WorksheetError
 from .evidence import Evidence
 from .method_data import MethodData, method_data
@@ -26,10 +27,13 @@ from .worksheet import score_worksheet
 
 __all__ = [
     "DEFAULT_RULES",
+    "SIDES",
+    "ArmAngles",
     "CostError",
     "ErgonomicsError",
     "Evidence",
     "MethodData",
+    "PostureAngles",
     "PostureError",
     "RebaInputs",
     "RebaInterval",
@@ -40,11 +44,13 @@ __all__ = [
     "RulaResult",
     "RulaScores",
     "ScoringRules",
+    "Side",
     "UnmeasuredError",
     "WorksheetError",
     "explain_reba",
     "explain_rula",
     "method_data",
+    "posture_angles",
     "score_reba",
     "score_reba_interval",
     "score_reba_worksheet",
