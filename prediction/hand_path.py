@@ -118,6 +118,20 @@ class HandPath:
         )
         return max(1, int(np.ceil(max(cuts) - 1e-9)))
 
+    def held(self, points: int) -> "HandPath":
+        """Returns the path with its last point held until it has ``points`` of them."""
+        missing = points - len(self.time_s)
+        if missing <= 0:
+            return self
+        step = self.time_s[-1] - self.time_s[-2]
+        time_s = np.concatenate([self.time_s, self.time_s[-1] + step * np.arange(1, missing + 1)])
+
+        def hold(values: Array) -> Array:
+            return np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
+
+        rotation = None if self.rotation is None else hold(self.rotation)
+        return HandPath(time_s, hold(self.position), rotation)
+
     def refined(self, substeps: int) -> "HandPath":
         """Returns the path with each interval cut evenly: straight lines, constant turning rate."""
         if substeps == 1:
