@@ -86,7 +86,7 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
         house, quaternion_multiply(quaternion_conjugate(matrix_to_quaternion(body)), turn_quat)
     )
     position = position @ world.T * metres
-    time_s: Array = np.arange(len(house)) * bvh.frame_time_s
+    time_s = np.arange(len(house), dtype=np.float64) * bvh.frame_time_s
 
     findings: list[Finding] = []
     if _starts_with_rest_pose(house, position[:, 0]):

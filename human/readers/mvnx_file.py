@@ -4,8 +4,7 @@ The XML parser never builds a tree and never sees an entity: a document type dec
 internal subset, or any entity declaration, is refused where it stands, which closes entity bombs
 and outside references whatever the file's encoding. Memory is bounded by the fields kept.
 
-Source: MVNX files of MVN 4.2 (version 3) and MVN 2019 (version 4); differences in
-    ``theory/data.md``.
+Source: MVNX files of MVN 4.2 (version 3) and MVN 2019 (version 4).
 """
 
 from collections.abc import Callable, Mapping
