@@ -121,6 +121,7 @@ export class EcAssessmentPage extends LitElement {
           }
           <ec-player
             class="card grow"
+            ?hidden=${candidate.problem !== null}
             .urdf=${this.urdf}
             .posture=${this.posture}
             .playback=${this.playback}
@@ -147,6 +148,7 @@ export class EcAssessmentPage extends LitElement {
         <div class="plots">
           <ec-candidate-plots
             class="card grow"
+            ?hidden=${candidate.problem !== null}
             .candidate=${candidate}
             .compare=${this.#rival(candidate)}
             .joint=${this.joint}
