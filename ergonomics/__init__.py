@@ -3,6 +3,7 @@
 from .angles import SIDES, ArmAngles, PostureAngles, Side, posture_angles
 from .errors import CostError, ErgonomicsError, PostureError, UnmeasuredError, WorksheetError
 from .evidence import Evidence
+from .inputs import DEFAULT_THRESHOLDS, reba_inputs, rula_inputs, with_effects
 from .method_data import MethodData, method_data
 from .reba import RebaResult, score_reba_worksheet
 from .reba_arrays import (
@@ -23,12 +24,15 @@ from .rula_arrays import (
     score_rula_interval,
 )
 from .rules import DEFAULT_RULES, ScoringRules
+from .task import Assumption, SecondaryThresholds, TaskContext
 from .worksheet import score_worksheet
 
 __all__ = [
     "DEFAULT_RULES",
+    "DEFAULT_THRESHOLDS",
     "SIDES",
     "ArmAngles",
+    "Assumption",
     "CostError",
     "ErgonomicsError",
     "Evidence",
@@ -44,13 +48,17 @@ __all__ = [
     "RulaResult",
     "RulaScores",
     "ScoringRules",
+    "SecondaryThresholds",
     "Side",
+    "TaskContext",
     "UnmeasuredError",
     "WorksheetError",
     "explain_reba",
     "explain_rula",
     "method_data",
     "posture_angles",
+    "reba_inputs",
+    "rula_inputs",
     "score_reba",
     "score_reba_interval",
     "score_reba_worksheet",
@@ -58,4 +66,5 @@ __all__ = [
     "score_rula_interval",
     "score_rula_worksheet",
     "score_worksheet",
+    "with_effects",
 ]

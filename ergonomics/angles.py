@@ -42,6 +42,8 @@ _LEG_SEGMENTS = ("UpperLeg", "LowerLeg", "Foot")
 _EXTENSION_SINE = float(np.sin(np.deg2rad(10.0)))
 #: Trunk within this sine of lying sideways: its forward angle has no meaning there.
 _SIDEWAYS_SINE = float(np.sin(np.deg2rad(10.0)))
+#: Upper arm within this sine of straight sideways: its sagittal angle has no meaning there.
+_SAGITTAL_SINE = float(np.sin(np.deg2rad(1.0)))
 #: Near overhead the turn of the upper arm about itself cannot be told from its swing.
 _ROTATION_LIMIT_DEG = 135.0
 
@@ -62,7 +64,8 @@ class ArmAngles:
         upper_arm_deg: Elevation of the upper arm from hanging along the trunk, 0 to 180;
             negative for extension: at most 90, and leaning back more than 10 degrees and more
             than it leans sideways.
-        upper_arm_sagittal_deg: The same seen from the side: a sideways raise counts as zero.
+        upper_arm_sagittal_deg: The same seen from the side, -180 to 180: a sideways raise counts
+            as zero. Zero, too, within a degree of straight sideways, where it is undefined.
         abduction_deg: Angle of the upper arm out of the sagittal plane, + away from the body.
         rotation_deg: Turn of the upper arm about itself, + inward; zero when the arm is raised
             above 135 degrees, where it is undefined.
@@ -274,7 +277,9 @@ def _arm(
     elevation_deg = np.rad2deg(elevation)
     return {
         "upper_arm_deg": np.where(backward, -elevation_deg, elevation_deg),
-        "upper_arm_sagittal_deg": np.rad2deg(np.arctan2(ahead, -up)),
+        "upper_arm_sagittal_deg": np.where(
+            np.hypot(ahead, up) > _SAGITTAL_SINE, np.rad2deg(np.arctan2(ahead, -up)), 0.0
+        ),
         "abduction_deg": np.rad2deg(arcsine(outward * left)),
         "rotation_deg": np.where(
             elevation_deg <= _ROTATION_LIMIT_DEG,
