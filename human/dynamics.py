@@ -140,10 +140,10 @@ def joint_loads(
         torque[:, rows] = loads.torque[dofs]
     return JointLoads(
         joint_names=tuple(model.joint_names[index] for index in chosen),
-        force=np.moveaxis(force.reshape(-1, 3, *batch), (0, 1), (-2, -1)),
-        moment=np.moveaxis(moment.reshape(-1, 3, *batch), (0, 1), (-2, -1)),
+        force=np.moveaxis(force.reshape(len(segments), 3, *batch), (0, 1), (-2, -1)),
+        moment=np.moveaxis(moment.reshape(len(segments), 3, *batch), (0, 1), (-2, -1)),
         dof_names=tuple(model.dof_names[dof] for dof in dofs),
-        torque=np.moveaxis(torque.reshape(-1, *batch), 0, -1),
+        torque=np.moveaxis(torque.reshape(len(dofs), *batch), 0, -1),
     )
 
 
