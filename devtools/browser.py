@@ -41,8 +41,12 @@ def find_browser(checkout: Checkout) -> None:
     if apt and os.geteuid() == 0:
         install = [apt, "install", "--yes", "--no-install-recommends", "chromium"]
         ways.append([[apt, "update"], install])
+    env = {"DEBIAN_FRONTEND": "noninteractive", **checkout.env}
     for commands in ways:
-        if all(subprocess.run(argv, env=checkout.env).returncode == 0 for argv in commands):
+        if all(subprocess.run(argv, env=env).returncode == 0 for argv in commands):
             if browser(checkout):
                 return
-    raise Stop("The browser tests need Chromium.", "sudo apt-get install chromium")
+    raise Stop(
+        "The browser tests need Chromium, and it could not be downloaded.",
+        "sudo apt-get install chromium" if apt else "install Chromium where PATH finds it",
+    )
