@@ -17,7 +17,7 @@ from human.simulate.paths import PoseSamples
 Array = NDArray[np.float64]
 
 #: Share of the stretched leg that is used; a straight knee has no closed-form rate.
-USABLE_LEG = 0.995
+USABLE_LEG = 0.9995
 
 
 @dataclass(frozen=True, slots=True)

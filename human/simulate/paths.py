@@ -125,12 +125,14 @@ class MinimumJerkPath:
         position: ``K x 3`` [m].
         rotation: ``K x 3 x 3``; the turn from one to the next is about one axis.
         bow: by how much the middle of each way leaves the straight line, ``K-1 x 3`` [m].
+        tilt: by how much the body is turned about its own y axis in the middle, ``K-1`` [rad].
     """
 
     time_s: Array
     position: Array
     rotation: Array
     bow: Array
+    tilt: Array
 
     @property
     def start_s(self) -> float:
@@ -157,11 +159,13 @@ class MinimumJerkPath:
         turn = Rotation.from_matrix(
             np.swapaxes(self.rotation[:-1], -1, -2) @ self.rotation[1:]
         ).as_rotvec()[i]
+        level = self.rotation[i] @ Rotation.from_rotvec(share * turn).as_matrix()
+        tilt = self.tilt[i][:, None] * np.array([0.0, 1.0, 0.0])
         return PoseSamples(
             position=self.position[i] + share * way + bump * self.bow[i],
-            rotation=self.rotation[i] @ Rotation.from_rotvec(share * turn).as_matrix(),
+            rotation=level @ Rotation.from_rotvec(bump * tilt).as_matrix(),
             linear=rate * (way + bump_slope * self.bow[i]),
-            angular=rate * np.einsum("tij,tj->ti", self.rotation[i], turn),
+            angular=rate * np.einsum("tij,tj->ti", level, turn + bump_slope * tilt),
         )
 
 
@@ -170,6 +174,7 @@ def minimum_jerk_path(
     position: ArrayLike,
     rotation: ArrayLike,
     bow: ArrayLike | None = None,
+    tilt: ArrayLike | None = None,
 ) -> MinimumJerkPath:
     """Makes a ``MinimumJerkPath`` after checking what it is made from.
 
@@ -178,6 +183,7 @@ def minimum_jerk_path(
         position: ``K x 3`` [m].
         rotation: ``K x 3 x 3``, or one ``3 x 3`` for all.
         bow: ``K-1 x 3`` [m]; straight if not given.
+        tilt: ``K-1`` [rad]; none if not given.
 
     Raises:
         SimulationError: fewer than two poses, times that do not increase, or shapes that disagree.
@@ -194,7 +200,10 @@ def minimum_jerk_path(
     b = np.zeros((t.size - 1, 3)) if bow is None else np.asarray(bow, dtype=np.float64)
     if b.shape != (t.size - 1, 3):
         raise SimulationError(f"bow: expected shape {(t.size - 1, 3)}, got {b.shape}")
-    return MinimumJerkPath(t, p, R, b)
+    y = np.zeros(t.size - 1) if tilt is None else np.asarray(tilt, dtype=np.float64)
+    if y.shape != (t.size - 1,):
+        raise SimulationError(f"tilt: expected shape {(t.size - 1,)}, got {y.shape}")
+    return MinimumJerkPath(t, p, R, b, y)
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,9 +47,9 @@ class Stance:
 def standing_height(legs: tuple[Leg, Leg]) -> float:
     """Returns the height of the pelvis frame above the floor of who stands upright [m].
 
-    The knees keep two hundredths of the leg's length in hand, so that the pelvis can move.
+    The knees stay bent by some nine degrees, so that the pelvis can move.
     """
-    return float(min(leg.sole + 0.98 * leg.reach - leg.hip[2] for leg in legs))
+    return float(min(leg.sole + 0.997 * leg.reach - leg.hip[2] for leg in legs))
 
 
 def sole_center(leg: Leg, ankle: Array, rotation: Array) -> Array:

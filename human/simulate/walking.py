@@ -1,0 +1,192 @@
+"""Walking: steps over flat ground, arms swinging against the legs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from human.model import HumanModel
+from human.motion import Provenance
+from human.simulate.balance import Bearing, balanced_pelvis, grid_of, smoothed
+from human.simulate.body import AngleCourse, BodyPaths, whole_body
+from human.simulate.errors import SimulationError
+from human.simulate.gait import Cadence, Footfalls, lay_footsteps
+from human.simulate.ground import Dynamics, solve_dynamics
+from human.simulate.legs import Leg, legs_of
+from human.simulate.operator import Operator, coherent_noise
+from human.simulate.paths import PosePath
+from human.simulate.records import SimulatedMotion, Truth
+from human.simulate.stance import Stance, sole_center
+
+Array = NDArray[np.float64]
+
+#: How far the arms swing for each metre that one foot is ahead of the other [rad/m].
+_ARM_SWING = 0.9
+#: How far pelvis and trunk turn, likewise [rad/m].
+_PELVIS_TURN, _TRUNK_TURN = 0.12, 0.22
+#: Arms of who walks with free hands: angle from the T-pose [degrees], right side.
+_ARMS_DOWN = {"Shoulder_rotx": 82.0, "Shoulder_rotz": 2.0, "Elbow_rotz": 22.0}
+#: sd of the sway of joints that nothing leads, for a mobility of one [rad].
+_SWAY = 0.02
+
+
+def simulate_walking(
+    model: HumanModel,
+    operator: Operator,
+    rng: np.random.Generator,
+    *,
+    route: Sequence[Stance] = (Stance(), Stance(x=3.0)),
+    cadence: Cadence | None = None,
+    load_kg: float = 0.0,
+    rate_hz: float = 100.0,
+) -> SimulatedMotion:
+    """Simulates a person who walks along a route with flat steps, from standing to standing.
+
+    Standing feet rest exactly; both are on the floor for ``cadence.double_s`` between the steps. The
+    pelvis moves so that the center of pressure is in the standing foot, as the ground reaction
+    found by inverse dynamics has it.
+
+    Args:
+        model: the person's body.
+        operator: the person; their mobilities scale the sway of the trunk and arms.
+        rng: source of all randomness.
+        route: where they stand first, and the places they walk through.
+        cadence: how they walk.
+        load_kg: carried, half in each hanging hand.
+        rate_hz: samples per second.
+
+    Raises:
+        SimulationError: a route of one place, or steps longer than the legs.
+    """
+    if len(route) < 2 or not rate_hz > 0.0:
+        raise SimulationError(
+            f"expected two or more places and a positive rate, got {len(route)} and {rate_hz}"
+        )
+    legs = legs_of(model)
+    footfalls = lay_footsteps(
+        legs, [(0.5, route[1:])], start=route[0], begin_s=0.0, cadence=cadence
+    )
+    end_s = footfalls.end_s + 0.5
+    hanging = walking_angles(model, operator, rng, footfalls, end_s)
+    grid = grid_of(-0.5, end_s + 0.5)
+    bearing = Bearing(grid, np.zeros_like(grid), np.zeros_like(grid), pelvis_yaw(footfalls, grid))
+    loads = {f"{leg.side}HandCOM": 0.5 * load_kg for leg in legs} if load_kg else {}
+    provenance = Provenance("simulated: walking", steps=(f"operator kind {operator.kind}",))
+
+    def moved(pelvis: PosePath, time_s: Array) -> tuple[SimulatedMotion, Dynamics]:
+        paths = BodyPaths(pelvis, footfalls.feet, footfalls.contacts)
+        motion = whole_body(model, legs, paths, time_s, hanging, None, provenance)
+        carried = {name: np.full(time_s.size, kg) for name, kg in loads.items()}
+        contact = paths.in_contact(time_s)
+        dynamics = solve_dynamics(
+            model, motion, carried, feet=soles(legs, footfalls, time_s), contact=contact
+        )
+        truth = Truth(
+            operator=operator,
+            dof=np.zeros(0, dtype=np.intp),
+            noise=np.zeros((time_s.size, 0)),
+            hands={},
+            segment_id=np.full(time_s.size, -1, dtype=np.int64),
+            load_kg=carried,
+            contact_right=contact[0],
+            contact_left=contact[1],
+            dynamics=dynamics,
+        )
+        return SimulatedMotion(motion, truth), dynamics
+
+    def pressure(pelvis: PosePath) -> Array:
+        return on_grid(grid, lambda t: moved(pelvis, t)[1].center_of_pressure)
+
+    pelvis = balanced_pelvis(
+        legs, footfalls, bearing, standing_com(model, hanging(np.zeros(1))[0], legs), pressure
+    )
+    time_s = np.arange(int(np.floor(end_s * rate_hz)) + 1, dtype=np.float64) / rate_hz
+    return moved(pelvis, time_s)[0]
+
+
+def on_grid(grid: Array, measured: "AngleCourse") -> Array:
+    """Returns what a costly function of time gives on every second grid point, and between them."""
+    return np.asarray(CubicSpline(grid[::2], measured(grid[::2]))(grid))
+
+
+def standing_com(model: HumanModel, angles: Array, legs: tuple[Leg, Leg]) -> Array:
+    """Returns the center of mass from the pelvis, ``3`` [m], for joint angles with straight legs."""
+    q = model.neutral()
+    q[7:] = angles
+    for leg in legs:
+        q[7 + leg.dof] = 0.0
+    return np.asarray(pin.centerOfMass(model.pinocchio(), model.pinocchio().createData(), q)).copy()
+
+
+def soles(legs: tuple[Leg, Leg], footfalls: Footfalls, time_s: Array) -> tuple[Array, Array]:
+    """Returns the middle of the right and the left sole, ``T x 2`` [m] each."""
+    right, left = (
+        sole_center(leg, at.position, at.rotation)
+        for leg, at in zip(legs, (f.sample(time_s) for f in footfalls.feet), strict=True)
+    )
+    return right, left
+
+
+def mean_heading(footfalls: Footfalls, time_s: Array) -> Array:
+    """Returns the mean heading of the feet, ``T`` [rad], without jumps."""
+    both = [np.unwrap(np.arctan2(R[:, 1, 0], R[:, 0, 0])) for R in _rotations(footfalls, time_s)]
+    return np.asarray(0.5 * (both[0] + both[1]))
+
+
+def ahead(footfalls: Footfalls, time_s: Array) -> Array:
+    """Returns how far the right foot is ahead of the left, ``T`` [m]."""
+    yaw = mean_heading(footfalls, time_s)
+    right, left = (f.sample(time_s).position for f in footfalls.feet)
+    way = right - left
+    return np.asarray(np.cos(yaw) * way[:, 0] + np.sin(yaw) * way[:, 1])
+
+
+def pelvis_yaw(footfalls: Footfalls, grid: Array) -> Array:
+    """Returns the heading of the pelvis on the grid, ``N`` [rad]: it turns with the forward leg."""
+    turn = _PELVIS_TURN * ahead(footfalls, grid)
+    return smoothed(mean_heading(footfalls, grid), 0.6) + smoothed(turn, 0.3)
+
+
+def walking_angles(
+    model: HumanModel,
+    operator: Operator,
+    rng: np.random.Generator,
+    footfalls: Footfalls,
+    end_s: float,
+) -> AngleCourse:
+    """Returns trunk, neck and arm angles of who walks with free hands, as a function of time.
+
+    The arm swings with the opposite leg and the trunk turns with it; on top of that every joint sways
+    a little, by its mobility. Leg angles in it are to be replaced.
+    """
+    names = model.dof_names
+    base = np.array(operator.comfort.neutral)
+    for part, degrees in _ARMS_DOWN.items():
+        base[names.index(f"jRight{part}")] = np.deg2rad(degrees)
+        base[names.index(f"jLeft{part}")] = -np.deg2rad(degrees)
+    swing = np.zeros(len(names))
+    # Turning about z takes the right arm forward and the left one back.
+    for side in ("Right", "Left"):
+        swing[names.index(f"j{side}Shoulder_rotz")] = -_ARM_SWING
+        for axis in "xyz":
+            base[names.index(f"j{side}BallFoot_rot{axis}")] = 0.0
+    swing[names.index("jT9T8_rotz")] = -_TRUNK_TURN
+    swing[names.index("jL1T12_rotz")] = -0.5 * _TRUNK_TURN
+    feet = [f"j{side}BallFoot" for side in ("Right", "Left")]
+    sd = _SWAY * np.sqrt(operator.mobility)
+    sd[[i for i, name in enumerate(names) if name.rsplit("_", 1)[0] in feet]] = 0.0
+    sway = coherent_noise(rng, sd, start_s=-2.0, end_s=end_s + 2.0, memory_s=0.8, knot_s=0.2)
+    grid = grid_of(-2.0, end_s + 2.0)
+    phase = CubicSpline(grid, smoothed(ahead(footfalls, grid), 0.3))
+
+    def angles(time_s: Array) -> Array:
+        return np.asarray(base + phase(time_s)[:, None] * swing + sway(time_s))
+
+    return angles
+
+
+def _rotations(footfalls: Footfalls, time_s: Array) -> tuple[Array, Array]:
+    right, left = (f.sample(time_s).rotation for f in footfalls.feet)
+    return right, left
