@@ -1,1 +1,100 @@
 """The postures one operator will take when a robot leads their hand."""
+
+from prediction.chain import JointReduction, Task, TaskChain
+from prediction.cov_ik import CovIk
+from prediction.demonstrations import (
+    Demonstrations,
+    demonstrations_from_samples,
+    find_reduction,
+    join,
+)
+from prediction.errors import (
+    DemonstrationError,
+    DiscontinuousTrajectoryError,
+    ModelFileError,
+    PredictionError,
+    StartMismatchError,
+    TrainingCancelledError,
+    TrajectoryError,
+    UnreachableTrajectoryError,
+    UnsupportedMethodError,
+)
+from prediction.evaluate import (
+    MethodScore,
+    compare_methods,
+    score_method,
+    scores_to_dict,
+    split_in_time,
+)
+from prediction.familiarity import Familiarity
+from prediction.hand_path import HandPath
+from prediction.held_out import Stretches, run_held_out
+from prediction.joint_limits import JointLimits
+from prediction.methods import BASELINES, METHODS
+from prediction.mi_nsgp import MiNsGp
+from prediction.minimum_norm import MinimumNormIk
+from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
+from prediction.null_space import NullSpaceBasis
+from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
+from prediction.posture_band import PostureBand
+from prediction.predictor import LogDensity, Prediction, Predictor
+from prediction.rollout import Follower, HandNoise, Rollout
+from prediction.train import (
+    TrainingOptions,
+    demonstrations_from_motion,
+    train_operator,
+    with_method,
+)
+
+__all__ = [
+    "BASELINES",
+    "METHODS",
+    "CovIk",
+    "DemonstrationError",
+    "Demonstrations",
+    "DiscontinuousTrajectoryError",
+    "Familiarity",
+    "FittedMethod",
+    "Follower",
+    "HandNoise",
+    "HandPath",
+    "JointLimits",
+    "JointReduction",
+    "LogDensity",
+    "MethodScore",
+    "MiNsGp",
+    "MinimumNormIk",
+    "ModelFileError",
+    "NullSpaceBasis",
+    "OperatorModel",
+    "PostureBand",
+    "Prediction",
+    "PredictionError",
+    "Predictor",
+    "Rollout",
+    "Skeleton",
+    "StartMismatchError",
+    "Stretches",
+    "Task",
+    "TaskChain",
+    "TrainingCancelledError",
+    "TrainingOptions",
+    "TrajectoryError",
+    "UnreachableTrajectoryError",
+    "UnsupportedMethodError",
+    "compare_methods",
+    "demonstrations_from_motion",
+    "demonstrations_from_samples",
+    "find_reduction",
+    "join",
+    "load_model",
+    "model_bytes",
+    "model_from_bytes",
+    "run_held_out",
+    "save_model",
+    "score_method",
+    "scores_to_dict",
+    "split_in_time",
+    "train_operator",
+    "with_method",
+]

@@ -83,6 +83,10 @@ class CovIk(Predictor):
         precision = np.swapaxes(V, -1, -2) @ np.linalg.solve(self.second_moment, V)
         return np.asarray(self.scale * np.linalg.inv(precision))
 
+    def null_velocity(self, q: Array, xdot: Array, jacobian: Array) -> Array:
+        """Zero, without working out the basis."""
+        return np.zeros_like(q)
+
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance; W and so the mean stay."""
         return replace(self, scale=self.scale * factor)

@@ -56,9 +56,7 @@ class Familiarity:
         return replace(plain, level=max(level, floor))
 
     @classmethod
-    def _plain(
-        cls, demonstrations: Demonstrations, variance: float | None = None
-    ) -> "Familiarity":
+    def _plain(cls, demonstrations: Demonstrations, variance: float | None = None) -> "Familiarity":
         kept = demonstrations.thinned(MAX_CENTRES)
         if variance is None:
             variance = float(demonstrations.q.var(axis=0).mean()) * WIDTH

@@ -68,6 +68,10 @@ class MinimumNormIk(Predictor):
         size = self.reference.redundancy
         return np.broadcast_to(self.variance * np.eye(size), (*q.shape[:-1], size, size))
 
+    def null_velocity(self, q: Array, xdot: Array, jacobian: Array) -> Array:
+        """Zero, without working out the basis."""
+        return np.zeros_like(q)
+
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance."""
         return replace(self, variance=self.variance * factor)

@@ -232,7 +232,9 @@ class Follower:
 
     def _start_fault(self, path: HandPath, q0: Array) -> TrajectoryError | None:
         if self.task == "pose" and path.rotation is None:
-            return TrajectoryError("the task is the pose of the hand but the path has no orientation")
+            return TrajectoryError(
+                "the task is the pose of the hand but the path has no orientation"
+            )
         position, rotation, _ = self.chain.forward_and_jacobian(q0)
         distance = float(np.linalg.norm(path.position[0] - position))
         angle = 0.0
@@ -359,9 +361,7 @@ class _Record:
 class _State:
     """Postures of all rows and the hand poses and Jacobians that belong to them."""
 
-    def __init__(
-        self, follower: Follower, paths: list[HandPath], q0: Array, samples: int
-    ) -> None:
+    def __init__(self, follower: Follower, paths: list[HandPath], q0: Array, samples: int) -> None:
         self.follower = follower
         self.count, self.rows = len(paths), samples + 1
         rows = np.repeat(q0[:, None], self.rows, axis=1).reshape(-1, q0.shape[1])
@@ -407,7 +407,9 @@ class _State:
         return self._residual(self.position, self.rotation, slice(None))
 
     def central_jacobian(self) -> Array:
-        return np.asarray(self.jacobian.reshape(self.count, self.rows, *self.jacobian.shape[1:])[:, 0])
+        return np.asarray(
+            self.jacobian.reshape(self.count, self.rows, *self.jacobian.shape[1:])[:, 0]
+        )
 
     def central_step(self, position: Array, rotation: Array | None) -> Array:
         """Returns the displacement from the central hands to a target, ``(C, m)``."""

@@ -1,0 +1,234 @@
+"""Methods side by side on motion they have not seen."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prediction.chain import Task, TaskChain
+from prediction.demonstrations import Demonstrations
+from prediction.errors import DemonstrationError
+from prediction.held_out import NINETY, Stretches, run_held_out
+from prediction.operator_model import OperatorModel
+from prediction.predictor import Progress, ShouldStop
+from prediction.train import TrainingOptions, train_operator
+
+Array = NDArray[np.float64]
+
+#: Noise of the hand velocity densities are quoted at: m/s and rad/s per axis. A log density means
+#: nothing without it.
+SIGMA_LINEAR = 2e-3
+SIGMA_ANGULAR = 5e-3
+#: Horizons joint errors are quoted at, s.
+HORIZONS_S = (0.25, 0.5, 1.0, 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodScore:
+    """Held-out figures of one method.
+
+    Attributes:
+        method: Its name.
+        log_likelihood: Mean log density of the joint velocity, nats, at the stated hand noise.
+        null_log_likelihood: Its null-space term, nats: the part methods differ in.
+        rmse_rad_s: One-step joint velocity error.
+        hand_error_m_s: One-step hand velocity error, largest.
+        coverage90_one_step: Share of joint velocities in the marginal 90 % interval.
+        rollout_rmse_deg: Joint error of the central path, over all points of all stretches.
+        rollout_rmse_deg_at: The same at horizons, by seconds.
+        rollout_hand_mean_m: Mean hand error of the sampled roll-outs.
+        rollout_hand_max_m: Largest.
+        coverage90_rollout: Share of postures in the sampled 90 % band.
+        band_width_deg: Mean width of that band.
+    """
+
+    method: str
+    log_likelihood: float
+    null_log_likelihood: float
+    rmse_rad_s: float
+    hand_error_m_s: float
+    coverage90_one_step: float
+    rollout_rmse_deg: float | None
+    rollout_rmse_deg_at: Mapping[str, float]
+    rollout_hand_mean_m: float | None
+    rollout_hand_max_m: float | None
+    coverage90_rollout: float | None
+    band_width_deg: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns JSON values."""
+        return asdict(self)
+
+
+def hand_velocity_noise(demonstrations: Demonstrations) -> Array:
+    """Returns Sigma_x, ``(m, m)``, that log densities are quoted at."""
+    rows = demonstrations.jacobian.shape[1]
+    linear = min(demonstrations.linear_rows, rows)
+    return np.diag([SIGMA_LINEAR**2] * linear + [SIGMA_ANGULAR**2] * (rows - linear))
+
+
+def score_method(
+    model: OperatorModel,
+    method: str,
+    held_out: Demonstrations,
+    rng: np.random.Generator,
+    *,
+    task: Task = "pose",
+    chain: TaskChain | None = None,
+    stretches: Stretches | None = None,
+    samples: int = 100,
+) -> MethodScore:
+    """Scores one trained method on motion it has not seen.
+
+    Args:
+        model: The trained model.
+        method: One of its methods.
+        held_out: Recorded motion, all joints.
+        rng: Randomness of the roll-outs.
+        task: Pose or position.
+        chain: The chain, for toys.
+        stretches: Pieces to roll out on; of 2 s, half overlapping, if not given.
+        samples: Sampled postures a piece.
+
+    Returns:
+        Its figures. Density and one-step errors are those of the learned joints.
+    """
+    follower = model.follower(method, task, chain)
+    whole = held_out.for_task(task)
+    learned = whole.reduced(model.reduction)
+    sigma_x = hand_velocity_noise(learned)
+    q, xdot, J = learned.q, learned.xdot, learned.jacobian
+    density = follower.predictor.log_prob(q, xdot, learned.qdot, J, sigma_x)
+    prediction = follower.predictor.predict(q, xdot, J)
+    deviation = np.sqrt(np.einsum("...ii->...i", prediction.covariance(sigma_x)))
+    error = learned.qdot - prediction.mean
+    one_step = {
+        "log_likelihood": float(density.total.mean()),
+        "null_log_likelihood": float(density.null_space.mean()),
+        "rmse_rad_s": float(np.sqrt((error**2).mean())),
+        "hand_error_m_s": float(np.abs(np.einsum("tmn,tn->tm", J, prediction.mean) - xdot).max()),
+        "coverage90_one_step": float((np.abs(error) <= NINETY * deviation).mean()),
+    }
+    if stretches is None:
+        stretches = Stretches.of(whole)
+    if len(stretches.index) == 0:
+        return MethodScore(method, **one_step, **_no_rollout())
+    held = run_held_out(follower, whole, stretches, samples, rng)
+    strayed = held.error
+    at = {}
+    for horizon in HORIZONS_S:
+        column = int(np.argmin(np.abs(held.elapsed_s[0] - horizon)))
+        if abs(held.elapsed_s[0, column] - horizon) < 0.05:
+            at[f"{horizon:g}"] = float(np.degrees(np.sqrt((strayed[:, column] ** 2).mean())))
+    low, high = np.quantile(held.run.q[:, 1:], [0.05, 0.95], axis=1)
+    inside = (held.truth >= low) & (held.truth <= high)
+    moved = held.run.travelled > 1e-3
+    moving = model.reduction.kept
+    return MethodScore(
+        method,
+        **one_step,
+        rollout_rmse_deg=float(np.degrees(np.sqrt((strayed[:, 1:] ** 2).mean()))),
+        rollout_rmse_deg_at=at,
+        rollout_hand_mean_m=float(held.run.hand_error_m.mean()),
+        rollout_hand_max_m=float(held.run.hand_error_m.max()),
+        coverage90_rollout=float(inside[..., moving][moved].mean()),
+        band_width_deg=float(np.degrees((high - low)[..., moving][moved].mean())),
+    )
+
+
+def _no_rollout() -> dict[str, Any]:
+    return {
+        "rollout_rmse_deg": None,
+        "rollout_rmse_deg_at": {},
+        "rollout_hand_mean_m": None,
+        "rollout_hand_max_m": None,
+        "coverage90_rollout": None,
+        "band_width_deg": None,
+    }
+
+
+def split_in_time(
+    demonstrations: Demonstrations, share: float = 0.7
+) -> tuple[Demonstrations, Demonstrations]:
+    """Splits demonstrations into the first part and the rest, in time order.
+
+    Args:
+        demonstrations: Samples.
+        share: Share of the samples in the first part.
+
+    Returns:
+        What to train on and what to test on.
+
+    Raises:
+        DemonstrationError: One of the two would be empty.
+    """
+    cut = round(share * len(demonstrations))
+    if not 0 < cut < len(demonstrations):
+        raise DemonstrationError(
+            f"{len(demonstrations)} samples cannot be split at {share:.0%}: give more of them"
+        )
+    return demonstrations.take(slice(0, cut)), demonstrations.take(slice(cut, None))
+
+
+def compare_methods(
+    chain: TaskChain,
+    demonstrations: Demonstrations,
+    *,
+    seed: int,
+    options: TrainingOptions | None = None,
+    task: Task = "pose",
+    share: float = 0.7,
+    samples: int = 100,
+    progress: Progress | None = None,
+    should_stop: ShouldStop | None = None,
+) -> tuple[OperatorModel, Sequence[MethodScore]]:
+    """Trains on the first part of the demonstrations and scores every method on the rest.
+
+    Args:
+        chain: The chain.
+        demonstrations: All its joints, in time order.
+        seed: Seed of everything.
+        options: How to train; only ``task`` is trained.
+        task: Pose or position.
+        share: Share trained on.
+        samples: Sampled postures a stretch.
+        progress: See `train_operator`.
+        should_stop: See `train_operator`.
+
+    Returns:
+        The model of the first part, and one score per method, the chosen method first.
+
+    Raises:
+        DemonstrationError: Too few samples for a split.
+        TrainingCancelledError: ``should_stop`` said so.
+    """
+    options = TrainingOptions() if options is None else options
+    options = TrainingOptions(**{**asdict(options), "tasks": (task,)})
+    train, test = split_in_time(demonstrations, share)
+    model = train_operator(
+        chain, train, seed=seed, options=options, progress=progress, should_stop=should_stop
+    )
+    scores = [
+        score_method(
+            model,
+            name,
+            test,
+            np.random.default_rng([seed, 99]),
+            task=task,
+            chain=chain,
+            samples=samples,
+        )
+        for name in model.method_names
+    ]
+    return model, scores
+
+
+def scores_to_dict(scores: Sequence[MethodScore], share: float = 0.7) -> dict[str, Any]:
+    """Returns the comparison as JSON values for the model file and the command line."""
+    return {
+        "split": f"first {share:.0%} in time for training, the rest held out",
+        "sigma_x": {"linear_m_s": SIGMA_LINEAR, "angular_rad_s": SIGMA_ANGULAR},
+        "scores": [score.to_dict() for score in scores],
+    }

@@ -1,0 +1,298 @@
+"""What a method does on motion it was not fitted on: roll-outs from measured starts."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prediction.chain import JointReduction, Task, TaskChain
+from prediction.demonstrations import Demonstrations
+from prediction.familiarity import Familiarity, widening
+from prediction.hand_path import HandPath
+from prediction.joint_limits import JointLimits
+from prediction.posture_band import PostureBand, fit_band
+from prediction.predictor import Predictor, ShouldStop, check_stop
+from prediction.rollout import Follower, Propagation, propagate
+
+Array = NDArray[np.float64]
+
+#: Half the width of a central 90 % interval, in standard deviations.
+NINETY = 1.6448536269514722
+#: Longest horizon of a held-out roll-out, s, and fastest rate it is stepped at, 1/s.
+HORIZON_S = 2.0
+RATE_HZ = 30.0
+#: Fewest points of a stretch worth rolling out.
+MIN_POINTS = 6
+#: Most stretches a held-out block is cut into.
+MAX_STRETCHES = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Stretches:
+    """Pieces of recorded motion of equal length, each with a measured start.
+
+    Attributes:
+        index: Samples of each piece, ``(C, T)``.
+    """
+
+    index: NDArray[np.int64]
+
+    @classmethod
+    def of(
+        cls,
+        demonstrations: Demonstrations,
+        horizon_s: float = HORIZON_S,
+        *,
+        overlap: float = 0.5,
+        at_most: int = MAX_STRETCHES,
+    ) -> "Stretches":
+        """Cuts takes into pieces of a horizon, or of the shortest half take if takes are shorter.
+
+        Args:
+            demonstrations: Samples in time order.
+            horizon_s: Length of a piece, s.
+            overlap: Share of a piece that the next one repeats, in [0, 1).
+            at_most: Most pieces; they are spread evenly.
+
+        Returns:
+            The pieces; none if every take is too short.
+        """
+        pieces = []
+        ids, time_s = demonstrations.trajectory_id, demonstrations.time_s
+        edges = np.flatnonzero(np.diff(ids)) + 1
+        # A hole in a take (a block left out of its middle) ends a piece as well.
+        typical = np.median(np.diff(time_s)[np.diff(ids) == 0]) if len(ids) > 1 else 1.0
+        holes = np.flatnonzero((np.diff(time_s) > 4.0 * typical) & (np.diff(ids) == 0)) + 1
+        runs = np.split(np.arange(len(ids)), np.union1d(edges, holes).astype(int))
+        stride = max(1, int(np.floor(1.0 / (RATE_HZ * typical) + 1e-6)))
+        points = int(round(horizon_s / (stride * typical))) + 1
+        longest = max((len(run) - 1) // stride + 1 for run in runs)
+        points = min(points, longest)
+        if points < MIN_POINTS:
+            return cls(np.empty((0, 0), dtype=np.int64))
+        hop = max(1, int(round(points * (1.0 - overlap)))) * stride
+        for run in runs:
+            last = len(run) - (points - 1) * stride
+            for start in range(0, max(last, 0), hop):
+                pieces.append(run[start : start + (points - 1) * stride + 1 : stride])
+        if len(pieces) > at_most:
+            chosen = np.unique(np.linspace(0, len(pieces) - 1, at_most).round().astype(int))
+            pieces = [pieces[i] for i in chosen]
+        return cls(np.array(pieces, dtype=np.int64))
+
+
+def recorded_paths(
+    chain: TaskChain, demonstrations: Demonstrations, stretches: Stretches, task: Task
+) -> list[HandPath]:
+    """Returns the recorded hand paths of the stretches (all joints in ``demonstrations``)."""
+    paths = []
+    for index in stretches.index:
+        position, rotation, _ = chain.forward_and_jacobian(demonstrations.q[index])
+        time_s = demonstrations.time_s[index]
+        paths.append(HandPath(time_s, position, rotation if task == "pose" else None))
+    return paths
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOutRun:
+    """Roll-outs on recorded stretches, and what the person did.
+
+    Attributes:
+        run: The roll-outs.
+        truth: Recorded postures, all joints, ``(C, T, n)`` rad.
+        elapsed_s: Time since each start, ``(C, T)`` s.
+    """
+
+    run: Propagation
+    truth: Array
+    elapsed_s: Array
+
+    @property
+    def error(self) -> Array:
+        """Central path minus recorded posture, ``(C, T, n)`` rad."""
+        return np.asarray(self.run.q[:, 0] - self.truth)
+
+
+def run_held_out(
+    follower: Follower,
+    demonstrations: Demonstrations,
+    stretches: Stretches,
+    samples: int,
+    rng: np.random.Generator,
+) -> HeldOutRun:
+    """Rolls out on the recorded hand path of every stretch.
+
+    Args:
+        follower: The fitted law.
+        demonstrations: Recorded motion it was not fitted on, all joints.
+        stretches: Pieces of it.
+        samples: Sampled postures a piece.
+        rng: Randomness.
+
+    Returns:
+        The roll-outs beside the truth.
+    """
+    paths = recorded_paths(follower.chain, demonstrations, stretches, follower.task)
+    truth = demonstrations.q[stretches.index]
+    points = stretches.index.shape[1]
+    draws = rng.standard_normal((samples, points, len(follower.reduction.kept)))
+    # People exceed tabulated ranges: what was recorded is possible.
+    wider = replace(follower, limits=follower.limits.widened_to(truth))
+    run = propagate(wider, paths, truth[:, 0], draws)
+    time_s = demonstrations.time_s[stretches.index]
+    return HeldOutRun(run, truth, time_s - time_s[:, :1])
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What held-out demonstrations say about the width of a method's bands.
+
+    Attributes:
+        band: Coherent deviation of posture.
+        variance_factor: What the one-step variance was multiplied by.
+        coverage_one_step: Share of held-out joint velocities in the 90 % interval, before and after.
+        coverage_rollout: Share of held-out postures in the sampled 90 % band, before the last
+            scaling; None if they were too short to roll out on.
+    """
+
+    band: PostureBand
+    variance_factor: float
+    coverage_one_step: tuple[float, float]
+    coverage_rollout: float | None
+
+
+def calibrate(
+    predictor: Predictor,
+    demonstrations: Demonstrations,
+    chain: TaskChain,
+    reduction: JointReduction,
+    limits: JointLimits,
+    task: Task,
+    rng: np.random.Generator,
+    *,
+    blocks: int = 4,
+    samples: int = 16,
+    should_stop: ShouldStop | None = None,
+) -> Calibration:
+    """Measures a method's bands on contiguous blocks of its demonstrations, each left out in turn.
+
+    Blocks, not single samples: neighbours in time repeat each other, and a band fitted on repeats is
+    too narrow for anything new. Hyper-parameters and W stay those of all demonstrations (a handful of
+    numbers); the process, the covariance and the familiarity are those of the rest.
+
+    Args:
+        predictor: Fitted on all of them.
+        demonstrations: All joints, task rows of ``task``.
+        chain: The whole chain.
+        reduction: Learned joints.
+        limits: Bounds.
+        task: Pose or position.
+        rng: Randomness of the sampled check.
+        blocks: Parts.
+        samples: Sampled postures in the check.
+        should_stop: Asked for each block.
+
+    Returns:
+        The calibration; with demonstrations too short to roll out on, the band is made from one-step
+        scatter coherent over 0.3 s.
+    """
+    learned = demonstrations.reduced(reduction)
+    familiarity = Familiarity.of(learned, blocks)
+    moment = learned.qdot.T @ learned.qdot / len(learned)
+    moment = moment + 0.1 * np.diag(np.diagonal(moment))
+    folds: list[_Fold] = []
+    white, inside = [], []
+    for block in learned.blocks(blocks):
+        check_stop(should_stop)
+        fitted = predictor.refitted(learned.take(~block))
+        held = learned.take(block)
+        white.append(fitted.standardised_residuals(held))
+        inside.append(_standardised_joints(fitted, held))
+        follower = Follower(
+            fitted,
+            chain,
+            reduction,
+            limits,
+            PostureBand(np.eye(len(moment)), 1.0, moment),
+            familiarity.without(learned.take(~block)),
+            task,
+        )
+        part = demonstrations.take(block)
+        stretches = Stretches.of(part)
+        if len(stretches.index):
+            folds.append(_Fold(follower, part, stretches))
+    factor = float((np.concatenate(white) ** 2).mean())
+    standard = np.concatenate(inside)
+    one_step = (
+        float((standard <= NINETY).mean()),
+        float((standard <= NINETY * np.sqrt(factor)).mean()),
+    )
+    if not folds:
+        scatter = np.sqrt(factor) * 0.3 * np.linalg.cholesky(0.5 * moment)
+        return Calibration(PostureBand(scatter, 1.0, moment), factor, one_step, None)
+    band = _fit(folds, rng, reduction)
+    covered, ratio = _sampled(folds, band, rng, samples, reduction)
+    return Calibration(band.rescaled(ratio), factor, one_step, covered)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fold:
+    follower: Follower
+    demonstrations: Demonstrations
+    stretches: Stretches
+
+
+def _standardised_joints(predictor: Predictor, held: Demonstrations) -> Array:
+    prediction = predictor.predict(held.q, held.xdot, held.jacobian)
+    deviation = np.sqrt((prediction.null_factor**2).sum(-1))
+    return np.abs(held.qdot - prediction.mean) / np.maximum(deviation, 1e-12)
+
+
+def _fit(folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction) -> PostureBand:
+    errors, travelled, widened = [], [], []
+    for fold in folds:
+        held = run_held_out(fold.follower, fold.demonstrations, fold.stretches, 0, rng)
+        moved = held.run.travelled > 1e-3
+        errors.append(held.error[..., reduction.kept][moved])
+        travelled.append(held.run.travelled[moved])
+        # The band is widened step by step along the way: its mean so far stands for it here.
+        steps = np.arange(1, moved.shape[1] + 1)
+        mean = np.cumsum(widening(held.run.familiarity), axis=1) / steps
+        widened.append(mean[moved])
+    band = folds[0].follower.band
+    assert band is not None
+    return fit_band(
+        np.concatenate(errors),
+        np.concatenate(travelled),
+        np.concatenate(widened),
+        band.rate_moment,
+    )
+
+
+def _sampled(
+    folds: list[_Fold],
+    band: PostureBand,
+    rng: np.random.Generator,
+    samples: int,
+    reduction: JointReduction,
+) -> tuple[float, float]:
+    """Returns coverage of sampled 90 % bands and the factor that would make it .9.
+
+    The deviation is pushed into the null space, where it also accumulates, so the sampled spread is not
+    exactly the fitted one.
+    """
+    ratios, covered = [], []
+    for fold in folds:
+        follower = replace(fold.follower, band=band)
+        held = run_held_out(follower, fold.demonstrations, fold.stretches, samples, rng)
+        learned = reduction.kept
+        q = held.run.q[..., learned]
+        deviation = np.sqrt(((q[:, 1:] - q[:, :1]) ** 2).mean(axis=1))
+        error = np.abs(held.error[..., learned])
+        moved = held.run.travelled > 1e-3
+        ratio = (error / np.maximum(deviation, 1e-9))[moved]
+        ratios.append(ratio.ravel())
+        covered.append((ratio <= NINETY).ravel())
+    ratio = np.concatenate(ratios)
+    factor = float(np.clip(np.quantile(ratio, 0.9) / NINETY, 0.3, 3.0))
+    return float(np.concatenate(covered).mean()), factor

@@ -1,0 +1,27 @@
+"""The methods there are, by name."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from prediction.cov_ik import CovIk
+from prediction.errors import UnsupportedMethodError
+from prediction.mi_nsgp import MiNsGp
+from prediction.minimum_norm import MinimumNormIk
+from prediction.predictor import Predictor
+
+#: Every method; the last two are always trained and shown beside any other.
+METHODS: Mapping[str, type[Predictor]] = MappingProxyType(
+    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk)}
+)
+BASELINES: tuple[str, ...] = (CovIk.name, MinimumNormIk.name)
+
+
+def method_class(name: str) -> type[Predictor]:
+    """Returns the class of a method.
+
+    Raises:
+        UnsupportedMethodError: There is none of that name.
+    """
+    if name not in METHODS:
+        raise UnsupportedMethodError("method", name, tuple(METHODS))
+    return METHODS[name]
