@@ -1,8 +1,10 @@
 """How bad a posture or effort is: RULA, REBA, back angle, articular stress."""
 
 from .angles import SIDES, ArmAngles, PostureAngles, Side, posture_angles
+from .distribution import ScoreDistribution, score_distribution
 from .errors import CostError, ErgonomicsError, PostureError, UnmeasuredError, WorksheetError
 from .evidence import Evidence
+from .expected import reba_pmf, rula_pmf
 from .inputs import DEFAULT_THRESHOLDS, reba_inputs, rula_inputs, with_effects
 from .method_data import MethodData, method_data
 from .reba import RebaResult, score_reba_worksheet
@@ -47,6 +49,7 @@ __all__ = [
     "RulaInterval",
     "RulaResult",
     "RulaScores",
+    "ScoreDistribution",
     "ScoringRules",
     "SecondaryThresholds",
     "Side",
@@ -58,7 +61,10 @@ __all__ = [
     "method_data",
     "posture_angles",
     "reba_inputs",
+    "reba_pmf",
     "rula_inputs",
+    "rula_pmf",
+    "score_distribution",
     "score_reba",
     "score_reba_interval",
     "score_reba_worksheet",
