@@ -33,7 +33,8 @@ def joint(name, parent, child, kind="revolute", xyz="0 0 0", rpy="0 0 0", axis="
     return (
         f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}" rpy="{rpy}"/>'
         f'<parent link="{parent}"/>'
-        f'<child link="{child}"/><axis xyz="{axis}"/><limit lower="-1" upper="2" effort="9" velocity="9"/></joint>'
+        f'<child link="{child}"/><axis xyz="{axis}"/>'
+        '<limit lower="-1" upper="2" effort="9" velocity="9"/></joint>'
     )
 
 

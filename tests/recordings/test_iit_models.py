@@ -84,8 +84,8 @@ def test_written_and_read_again_is_the_same(path: Path) -> None:
 
 @pytest.mark.parametrize("dofs", [48, 66])
 def test_t_pose_effort_of_subject_3(recordings_dir: Path, dofs: int) -> None:
-    # Computed independently, and for the 75.4 kg subject of the payload paper's figures: N m, then the
-    # same with 5 kg in the hand. The 48-DoF model locks axes; the whole moment does not care.
+    # N m, computed independently; then the same with 5 kg in the hand. The 48-DoF model locks axes,
+    # which the whole moment does not notice.
     file = recordings_dir / "human-gazebo" / f"humanSubject03_{dofs}dof.urdf"
     model = from_urdf(file.read_bytes())
     np.testing.assert_allclose(effort(model), [12.94, 3.462, 0.427], atol=6e-3)
