@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 #: Grid of the balance computations [s]; the pelvis spline has a knot every ``_KNOT`` points.
 GRID_S = 0.01
 _KNOT = 5
+#: Points at both ends of the grid within which the person stands.
+_STILL = 30
 #: The pelvis goes down before, and up after, a leg is out of reach, within this [s].
 _EASE_S = 0.45
 #: Part of the reach of a leg that the plan uses, so that the spline between knots cannot exceed it.
@@ -118,8 +120,10 @@ def balanced_pelvis(
     path = _path(legs, footfalls, bearing, place)
     for _ in range(passes):
         missed = smoothed(wanted - pressure(path), 0.1)
-        # The feet and the led hands stay behind when the pelvis moves: about a fifth of the mass.
-        place = place + 1.2 * cart_on_table(missed, height)
+        # At both ends the person stands: what is missed there is a constant, and nothing else.
+        missed[:_STILL], missed[-_STILL:] = missed[_STILL], missed[-_STILL - 1]
+        # The feet and the led hands stay behind when the pelvis moves: some tenth of the mass.
+        place = place + 1.1 * cart_on_table(missed, height)
         path = _path(legs, footfalls, bearing, place)
     return path
 

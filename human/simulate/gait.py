@@ -99,6 +99,11 @@ class _Foot:
         return sole_center(self.leg, self.ankles[-1], self.rotations[-1])
 
 
+def cadence_of(legs: tuple[Leg, Leg]) -> Cadence:
+    """Returns an easy walk for these legs: steps of half their length."""
+    return Cadence(step_m=0.5 * min(leg.reach for leg in legs))
+
+
 def lay_footsteps(
     legs: tuple[Leg, Leg],
     walks: Sequence[tuple[float, Sequence[Stance]]],
@@ -123,7 +128,7 @@ def lay_footsteps(
     Raises:
         SimulationError: a walk begins before the last one is over.
     """
-    cadence = cadence or Cadence()
+    cadence = cadence or cadence_of(legs)
     feet = [_Foot(leg, [begin_s], [start.ankle(leg)], [start.rotation], [], [], []) for leg in legs]
     middle = 0.5 * (feet[0].sole() + feet[1].sole())
     weight_times, weights = [begin_s], [middle]
