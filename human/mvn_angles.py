@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 Sequence = Literal["ZXY", "XZY"]
 
 _HALF = float(np.sqrt(0.5))
-#: T-pose axes to ISB axes of the arm segments, xyzw; the other segments' differ by the naming of
-#: axes alone.
-ISB_ARM_AXES: Mapping[str, Array] = MappingProxyType(
+#: Orientation in the T-pose, xyzw, of axes that are parallel to the world's when the arms hang with
+#: the palms to the thighs; in these MVN takes arm angles, and older files state arm orientations.
+HANGING_ARM_AXES: Mapping[str, Array] = MappingProxyType(
     {
         "RightUpperArm": np.array([-_HALF, 0.0, 0.0, _HALF]),
         "RightForeArm": np.array([-0.5, 0.5, 0.5, 0.5]),
@@ -79,7 +79,7 @@ def mvn_joint_angles_deg(
 
 
 def _isb(segment: str, quat: ArrayLike) -> Array:
-    axes = ISB_ARM_AXES.get(segment)
+    axes = HANGING_ARM_AXES.get(segment)
     array = np.asarray(quat, dtype=np.float64)
     return array if axes is None else quaternion_multiply(array, axes)
 
@@ -94,4 +94,4 @@ def _signs(joint: str) -> Array:
     return np.array([1.0, 1.0, -1.0])
 
 
-__all__ = ["ISB_ARM_AXES", "mvn_joint_angles_deg"]
+__all__ = ["HANGING_ARM_AXES", "mvn_joint_angles_deg"]

@@ -1,8 +1,9 @@
 """Reads an MVNX file into a `Recording`.
 
 Segment axes in MVNX are those of the house: parallel to the world's in the T-pose. One exception is
-undone here: in files of version 3 the upper arms, forearms and hands come in ISB axes (y along the
-bone), as their reference poses show. Which of the two a file uses is decided by its own positions.
+undone here: in files of version 3 the upper arms, forearms and hands come in axes parallel to the
+world's when the arms hang, palms to the thighs. Which of the two a file uses is decided by its own
+positions.
 
 Source: axes and angle conventions checked on real files of versions 3 and 4
     (`benchmarks/recordings.py`).
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from human.mvn_angles import ISB_ARM_AXES
+from human.mvn_angles import HANGING_ARM_AXES
 from human.names import SEGMENTS, canonical_joint
 from human.readers.axes import STATURE_M
 from human.readers.checks import (
@@ -75,7 +76,7 @@ def read_mvnx(
 
     joint_offset, aliases = _joint_offsets(file, names, path.name)
     landmarks = {s: p for s, p in file.points.items() if s in names and p}
-    quat, isb_note = _arms_to_t_pose_axes(quat, position, names, joint_offset)
+    quat, arm_note = _arms_to_t_pose_axes(quat, position, names, joint_offset)
     end_offset = {s: landmarks[s][p] for s, p in _END_POINT.items() if p in landmarks.get(s, {})}
     height = stature(joint_offset, end_offset, landmarks)
     if not STATURE_M[0] <= height <= STATURE_M[1]:
@@ -138,7 +139,7 @@ def read_mvnx(
                 "quaternions from w x y z to x y z w",
                 *notes,
                 *time_notes,
-                *isb_note,
+                *arm_note,
             ),
             aliases=aliases,
             gaps=find_gaps(time_s, 1.0 / rate_hz),
@@ -261,13 +262,13 @@ def _joint_offsets(
 def _arms_to_t_pose_axes(
     quat: Array, position: Array, names: tuple[str, ...], joint_offset: dict[str, Array]
 ) -> tuple[Array, list[str]]:
-    """Undoes the ISB arm axes where the positions follow from them and not from T-pose axes.
+    """Undoes the axes of hanging arms where the positions follow from them, not from T-pose axes.
 
     Both readings are tried on the bones from shoulder to elbow and from elbow to wrist; the one
     that puts the far end where the file has it is taken.
     """
     turned = quat.copy()
-    for name, axes in ISB_ARM_AXES.items():
+    for name, axes in HANGING_ARM_AXES.items():
         if name in names:
             k = names.index(name)
             turned[:, k] = quaternion_multiply(quat[:, k], quaternion_conjugate(axes))
@@ -283,8 +284,8 @@ def _arms_to_t_pose_axes(
             residual[way] += float(np.median(np.linalg.norm(along - bone, axis=-1)))
     if residual[1] < residual[0]:
         return turned, [
-            "arm and hand axes from ISB (y along the bone) to T-pose axes: the positions follow "
-            "from ISB axes"
+            "arm and hand axes from those of hanging arms to those of the T-pose: the positions "
+            "follow from the former"
         ]
     return quat, []
 

@@ -1,4 +1,4 @@
-"""Angles of one joint: exact inside the limits, the true optimum outside, continuous through 90 deg."""
+"""Angles of one joint: exact within limits, the true optimum outside, continuous through 90 deg."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def quaternions(angles: np.ndarray) -> np.ndarray:
 
 
 def brute_force(quat: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> float:
-    """Least distance (rad) over the box: a grid, its best few points refined by a general solver."""
+    """Least distance (rad) over the box: a grid, its best points refined by a general solver."""
     target = Rotation.from_quat(quat)
 
     def error(angles: np.ndarray) -> np.ndarray:

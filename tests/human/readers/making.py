@@ -1,4 +1,4 @@
-"""Files for the readers, made from a known motion of the model: MVNX of both versions, BVH of other makes."""
+"""Files for the readers, made from a known motion: MVNX of both versions, BVH of other makes."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,29 +59,41 @@ def write_mvnx(
     poses = forward_kinematics(model, motion.q)
     quat = Rotation.from_matrix(poses.rotation.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     quat = quat.reshape(len(motion.time_s), len(SEGMENTS), 4)
-    if version == 3:  # arms in ISB axes: y along the bone, from T-pose axes by these turns
+    if version == 3:  # arms in axes that hang with them, palms to the thighs
         for side, sign in (("Right", -1.0), ("Left", 1.0)):
             first = Rotation.from_euler("x", sign * 90, degrees=True)
             for part in ("UpperArm", "ForeArm", "Hand"):
-                turn = first if part == "UpperArm" else first * Rotation.from_euler("y", 90, degrees=True)
+                turn = (
+                    first
+                    if part == "UpperArm"
+                    else first * Rotation.from_euler("z", -90 * sign, degrees=True)
+                )
                 k = SEGMENTS.index(side + part)
                 turned = Rotation.from_quat(quat[:, k], scalar_first=True) * turn
                 quat[:, k] = turned.as_quat(scalar_first=True)
     position_tag = "pos_b" if version == 4 else "pos_s"
-    name = lambda segment: rename.get(segment, segment)  # noqa: E731
-    alias = lambda joint: joint.replace("C7Shoulder", "T4Shoulder") if version == 4 else joint  # noqa: E731
+
+    def name(segment: str) -> str:
+        return rename.get(segment, segment)
+
+    def alias(joint: str) -> str:
+        return joint.replace("C7Shoulder", "T4Shoulder") if version == 4 else joint
+
+    rate = 1.0 / np.median(np.diff(motion.time_s))
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<mvnx xmlns="http://www.xsens.com/mvn/mvnx" version="{version}">',
         '<mvn version="2019.0.0"/><comment></comment>',
-        f'<subject label="Made" frameRate="{1.0 / np.median(np.diff(motion.time_s)):g}" segmentCount="23">',
+        f'<subject label="Made" frameRate="{rate:g}" segmentCount="23">',
         "<segments>",
     ]
     children: dict[str, list[str]] = {s: [] for s in SEGMENTS}
     for segment in SEGMENTS[1:]:
         children[PARENT_SEGMENT[segment]].append(segment)
     for k, segment in enumerate(SEGMENTS):
-        points = {"pOrigin": np.zeros(3)} if k == 0 else {alias(JOINT_OF_SEGMENT[segment]): np.zeros(3)}
+        points = (
+            {"pOrigin": np.zeros(3)} if k == 0 else {alias(JOINT_OF_SEGMENT[segment]): np.zeros(3)}
+        )
         for child in children[segment]:
             points[alias(JOINT_OF_SEGMENT[child])] = model.offsets[SEGMENTS.index(child) - 1]
         if segment == "Head":
@@ -90,14 +102,17 @@ def write_mvnx(
             f'<point label="{label}"><{position_tag}>{numbers(p, digits)}</{position_tag}></point>'
             for label, p in points.items()
         )
-        out.append(f'<segment label="{name(segment)}" id="{k + 1}"><points>{marks}</points></segment>')
+        out.append(
+            f'<segment label="{name(segment)}" id="{k + 1}"><points>{marks}</points></segment>'
+        )
     out.append("</segments><sensors>")
     out += [f'<sensor label="{s}"/>' for s in sensors]
     out.append("</sensors><joints>")
     for segment in SEGMENTS[1:]:
         joint = alias(JOINT_OF_SEGMENT[segment])
         out.append(
-            f'<joint label="{joint}"><connector1>{name(PARENT_SEGMENT[segment])}/{joint}</connector1>'
+            f'<joint label="{joint}">'
+            f"<connector1>{name(PARENT_SEGMENT[segment])}/{joint}</connector1>"
             f"<connector2>{name(segment)}/{joint}</connector2></joint>"
         )
     out.append('</joints><frames segmentCount="23" sensorCount="17" jointCount="22">')
@@ -129,8 +144,8 @@ CMU_NAMES = {"Pelvis": "Hips", "L5": "LowerBack", "T12": "Spine", "T8": "Spine1"
     side + house: side + cmu
     for side in ("Right", "Left")
     for house, cmu in (("Shoulder", "Shoulder"), ("UpperArm", "Arm"), ("ForeArm", "ForeArm"),
-                       ("Hand", "Hand"), ("UpperLeg", "UpLeg"), ("LowerLeg", "Leg"), ("Foot", "Foot"),
-                       ("Toe", "ToeBase"))
+                       ("Hand", "Hand"), ("UpperLeg", "UpLeg"), ("LowerLeg", "Leg"),
+                       ("Foot", "Foot"), ("Toe", "ToeBase"))
 }  # fmt: skip
 #: File axes (rows) in house axes: y up and z forward; z up and x forward; x up and y forward.
 Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -202,16 +217,31 @@ def write_other_bvh(
         lines.append(f"{pad}{'ROOT' if root else 'JOINT'} {names[segment]}")
         lines.append(pad + "{")
         lines.append(f"{pad}OFFSET {triple(offset)}")
-        lines.append(f"{pad}CHANNELS {'6 Xposition Yposition Zposition' if root else '3'} {channels}")
-        local = world[segment] if root else np.swapaxes(world[parent_of(segment)], 1, 2) @ world[segment]
+        lines.append(
+            f"{pad}CHANNELS {'6 Xposition Yposition Zposition' if root else '3'} {channels}"
+        )
+        local = (
+            world[segment]
+            if root
+            else np.swapaxes(world[parent_of(segment)], 1, 2) @ world[segment]
+        )
         columns.append(Rotation.from_matrix(local).as_euler(order, degrees=True))
         below = [s for s in names if s != "Pelvis" and parent_of(s) == segment]
         for child in below:
             block(child, depth + 1)
         if not below:
             tip = {"Head": (0, 0, 0.17), "Hand": (0, -0.17 if "Right" in segment else 0.17, 0)}
-            end = np.array(tip.get(segment.removeprefix("Right").removeprefix("Left"), (0.06, 0, 0)))
-            lines.extend([pad + "End Site", pad + "{", f"{pad}OFFSET {triple(turns[segment].apply(end))}", pad + "}"])
+            end = np.array(
+                tip.get(segment.removeprefix("Right").removeprefix("Left"), (0.06, 0, 0))
+            )
+            lines.extend(
+                [
+                    pad + "End Site",
+                    pad + "{",
+                    f"{pad}OFFSET {triple(turns[segment].apply(end))}",
+                    pad + "}",
+                ]
+            )
         lines.extend(pad + brace for brace in closing)
 
     channels = " ".join(f"{axis}rotation" for axis in order)

@@ -9,7 +9,12 @@ from scipy.spatial.transform import Rotation
 from human.kinematics import forward_kinematics
 from human.names import SEGMENTS
 from human.pose import fit_recording
-from human.readers import AmbiguousRecordingError, MalformedRecordingError, read_recording, write_bvh
+from human.readers import (
+    AmbiguousRecordingError,
+    MalformedRecordingError,
+    read_recording,
+    write_bvh,
+)
 from human.readers.axes import UNITS_M
 
 from .making import CMU_NAMES, PERSON, X_UP, Y_UP, Z_UP, walker, write_other_bvh
@@ -60,9 +65,7 @@ def test_cmu_style_files_in_any_unit_and_axes(
     tmp_path: Path, unit: str, axes: np.ndarray, order: str
 ) -> None:
     model, motion = walker()
-    write_other_bvh(
-        tmp_path / "a.bvh", model, motion, unit_m=UNITS_M[unit], axes=axes, order=order
-    )
+    write_other_bvh(tmp_path / "a.bvh", model, motion, unit_m=UNITS_M[unit], axes=axes, order=order)
     recording = read_recording(tmp_path / "a.bvh")
     assert orientation_error_deg(recording, model, motion) < 1e-4
     np.testing.assert_allclose(recording.position[:, 0], motion.q[:, :3], atol=1e-6)
@@ -168,7 +171,9 @@ def test_limbs_that_never_move_are_named(tmp_path: Path) -> None:
 
     q = motion.q.copy()
     q[:, 7 + model.dof_names.index("jRightHip_rotx") :] = 0.0
-    write_bvh(tmp_path / "a.bvh", model, motion_from_configurations(model.dof_names, motion.time_s, q))
+    write_bvh(
+        tmp_path / "a.bvh", model, motion_from_configurations(model.dof_names, motion.time_s, q)
+    )
     recording = read_recording(tmp_path / "a.bvh")
     assert recording.segment_status["LeftFoot"] == "unmeasured"
     assert recording.segment_status["LeftHand"] == "measured"
