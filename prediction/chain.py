@@ -47,9 +47,9 @@ class TaskChain(Protocol):
 class JointReduction:
     """Which joints are learned, and how the others follow them.
 
-    A joint that never moves, or that moves as a fixed combination of others (a motion-capture suit that
-    spreads one measured spine angle over four joints), has no law of its own to learn and makes
-    densities meaningless. Such a joint is dropped from the learned set and follows it:
+    A joint that never moves, or that moves as a fixed combination of others (a motion-capture suit
+    that spreads one measured spine angle over four joints), has no law of its own to learn and
+    makes densities meaningless. Such a joint is dropped from the learned set and follows it:
     ``dq_all = expansion @ dq_kept``. Its rows are the least-squares coupling seen in the
     demonstrations, so a locked joint stays where it starts and a dependent one keeps its share.
 
@@ -86,7 +86,7 @@ class JointReduction:
         return {self.names[i]: float(c) for i, c in zip(self.kept, row, strict=True) if c != 0.0}
 
     def expand(self, q_kept: Array, anchor: Array) -> Array:
-        """Returns all joints ``(..., n)`` of learned ones ``(..., r)`` that started at ``anchor``."""
+        """Returns all joints ``(..., n)`` of learned ones ``(..., r)``, from an anchor posture."""
         return anchor + (q_kept - anchor[..., self.kept]) @ self.expansion.T
 
 

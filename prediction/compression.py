@@ -41,7 +41,7 @@ class Posterior:
         """Returns the variance of the noise-free function, ``(...)`` in [0, 1]."""
         flat = inputs.reshape(-1, inputs.shape[-1])
         explained = ((squared_exponential(flat, self.centres) @ self.variance_root) ** 2).sum(-1)
-        return np.clip(1.0 - explained, 0.0, 1.0).reshape(inputs.shape[:-1])
+        return np.asarray(np.clip(1.0 - explained, 0.0, 1.0).reshape(inputs.shape[:-1]))
 
 
 def exact_posterior(inputs: Array, residual: Array, noise: float) -> Posterior:
@@ -76,7 +76,8 @@ def pivoted_centres(inputs: Array, at_most: int, tolerance: float) -> NDArray[np
     Returns:
         Indices of the centres.
 
-    Source: partial Cholesky factorisation with diagonal pivoting (Harbrecht, Peters and Schneider 2012).
+    Source: partial Cholesky factorisation with diagonal pivoting (Harbrecht, Peters and Schneider
+        2012).
     """
     count = len(inputs)
     rows = np.zeros((min(at_most, count), count))
@@ -105,9 +106,9 @@ def compressed_posterior(
 ) -> Posterior:
     """Conditions on every training point, through few centres.
 
-    The function is written on the kernel's features at the centres and regressed on all targets with
-    the same noise, so nothing seen is thrown away; only variation between centres is lost, at most
-    ``tolerance`` of the prior variance at any training input unless ``at_most`` stops earlier.
+    The function is written on the kernel's features at the centres and regressed on all targets
+    with the same noise, so nothing seen is thrown away; only variation between centres is lost, at
+    most ``tolerance`` of the prior variance at any training input unless ``at_most`` stops earlier.
 
     Args:
         inputs: Scaled inputs, ``(N, d)``.

@@ -23,8 +23,9 @@ class CovIk(Predictor):
     """The joint velocity of a Gaussian, given that the hand moves as led.
 
     One second moment of the demonstrations says how the joints move together; it is the strongest
-    baseline known and has nothing to tune. Use `MiNsGp` when the posture preference depends on where the
-    person is. The mean is zero, not the demonstrated one: a hand at rest means a body at rest.
+    baseline known and has nothing to tune. Use `MiNsGp` when the posture preference depends on
+    where the person is. The mean is zero, not the demonstrated one: a hand at rest means a body at
+    rest.
 
     Attributes:
         second_moment: Shrunk second moment C of joint velocities, ``(n, n)``.

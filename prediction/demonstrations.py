@@ -1,4 +1,4 @@
-"""What was seen of a person: postures, joint velocities and the Jacobians that tie them to the hand."""
+"""What was seen of a person: postures, joint velocities, and how they move the hand."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -94,7 +94,7 @@ class Demonstrations:
     @property
     def xdot(self) -> Array:
         """Hand velocity ``J dq``, ``(N, m)``."""
-        return np.einsum("tmn,tn->tm", self.jacobian, self.qdot)
+        return np.asarray(np.einsum("tmn,tn->tm", self.jacobian, self.qdot))
 
     def take(self, index: NDArray[np.int64] | NDArray[np.bool_] | slice) -> "Demonstrations":
         """Returns some of the samples."""
@@ -115,7 +115,8 @@ class Demonstrations:
     def reduced(self, reduction: JointReduction) -> "Demonstrations":
         """Returns the same motion in the learned joints, the others following them.
 
-        The hand velocity becomes that of the followed motion, so ``xdot = J dq`` still holds exactly.
+        The hand velocity becomes that of the followed motion, so ``xdot = J dq`` still holds
+        exactly.
         """
         return replace(
             self,
@@ -128,8 +129,8 @@ class Demonstrations:
     def thinned(self, at_most: int) -> "Demonstrations":
         """Returns every s-th sample of each take, s such that at most ``at_most`` remain.
 
-        Neighbouring samples of human motion repeat each other; a stride keeps the spread and lowers the
-        cost of everything that is cubic in the number of samples.
+        Neighbouring samples of human motion repeat each other; a stride keeps the spread and lowers
+        the cost of everything that is cubic in the number of samples.
         """
         stride = -(-len(self) // at_most)
         if stride <= 1:
@@ -139,14 +140,14 @@ class Demonstrations:
         return self.take(within % stride == 0)
 
     def blocks(self, count: int) -> list[NDArray[np.bool_]]:
-        """Splits the samples into contiguous parts: takes if there are enough, else stretches of time.
+        """Splits the samples into contiguous parts: whole takes if there are enough of them.
 
         Args:
             count: Number of parts.
 
         Returns:
-            One mask ``(N,)`` per part; neighbours in time stay together, so a part left out tests the
-            model on motion it has not almost seen.
+            One mask ``(N,)`` per part; neighbours in time stay together, so a part left out tests
+            the model on motion it has not almost seen.
         """
         takes, sizes = np.unique(self.trajectory_id, return_counts=True)
         middle = np.arange(len(self)) + 0.5
@@ -238,13 +239,14 @@ def join(parts: Sequence[Demonstrations]) -> Demonstrations:
 def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) -> JointReduction:
     """Finds the joints that are locked, or exactly follow others, in the demonstrations.
 
-    Column-pivoted QR of the joint velocities, each divided by its deviation, orders the joints by what
-    each adds to those before it; a joint that adds less than 2 % of the largest has no motion of its
-    own. It then follows the kept ones by least squares.
+    Column-pivoted QR of the joint velocities, each divided by its deviation, orders the joints by
+    what each adds to those before it; a joint that adds less than 2 % of the largest has no motion
+    of its own. It then follows the kept ones by least squares.
 
     Args:
         demonstrations: All joints.
-        task_dim: Rows of the task, to make sure redundancy remains; those of the Jacobian if not given.
+        task_dim: Rows of the task, to make sure redundancy remains; those of the Jacobian if not
+            given.
 
     Returns:
         The learned joints, in chain order, and the expansion to all.
@@ -252,8 +254,8 @@ def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) 
     Raises:
         DemonstrationError: Nothing moves, or too few joints move on their own.
 
-    Source: ratio and standardisation as measured to work on human recordings; the pivoted QR criterion
-    is Golub and Van Loan, Matrix Computations, section 5.4.2.
+    Source: ratio and standardisation as measured to work on human recordings; the pivoted QR
+    criterion is Golub and Van Loan, Matrix Computations, section 5.4.2.
     """
     qdot = demonstrations.qdot
     rate = np.sqrt((qdot**2).mean(axis=0))

@@ -110,8 +110,8 @@ class StartMismatchError(TrajectoryError):
         self.angle_deg = angle_deg
         super().__init__(
             f"the start posture holds the hand {distance_m:.3f} m and {angle_deg:.1f} deg from the "
-            f"first point (accepted: {limit_m:.3f} m, {limit_deg:.1f} deg); give a start posture that "
-            "meets the trajectory, or a grasp that joins them"
+            f"first point (accepted: {limit_m:.3f} m, {limit_deg:.1f} deg); give a start "
+            "posture that meets the trajectory, or a grasp that joins them"
         )
 
 

@@ -104,7 +104,7 @@ def score_method(
     prediction = follower.predictor.predict(q, xdot, J)
     deviation = np.sqrt(np.einsum("...ii->...i", prediction.covariance(sigma_x)))
     error = learned.qdot - prediction.mean
-    one_step = {
+    one_step: dict[str, Any] = {
         "log_likelihood": float(density.total.mean()),
         "null_log_likelihood": float(density.null_space.mean()),
         "rmse_rad_s": float(np.sqrt((error**2).mean())),

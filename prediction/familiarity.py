@@ -32,8 +32,9 @@ class Familiarity:
         variance: Mean joint variance times `WIDTH`, rad^2.
         level: f_train.
 
-    Source: the fallback weight of posture-local covariance; constants as measured on two sets of human
-    arm motion, where 1 + 2.5 (1 - phi) restored the coverage of bands under unfamiliar motion.
+    Source: the fallback weight of posture-local covariance; constants as measured on two sets of
+    human arm motion, where 1 + 2.5 (1 - phi) restored the coverage of bands under unfamiliar
+    motion.
     """
 
     centres: Array

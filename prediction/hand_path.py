@@ -152,7 +152,7 @@ class HandPath:
 
 
 def orientation_error(target: Array, actual: Array) -> Array:
-    """Returns the rotation vector ``(..., 3)`` rad, base axes, that turns ``actual`` into ``target``.
+    """Returns the rotation vector ``(..., 3)`` rad from ``actual`` to ``target``, base axes.
 
     Args:
         target: ``(..., 3, 3)``.

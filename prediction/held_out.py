@@ -61,16 +61,16 @@ class Stretches:
         ids, time_s = demonstrations.trajectory_id, demonstrations.time_s
         edges = np.flatnonzero(np.diff(ids)) + 1
         # A hole in a take (a block left out of its middle) ends a piece as well.
-        typical = np.median(np.diff(time_s)[np.diff(ids) == 0]) if len(ids) > 1 else 1.0
+        typical = float(np.median(np.diff(time_s)[np.diff(ids) == 0])) if len(ids) > 1 else 1.0
         holes = np.flatnonzero((np.diff(time_s) > 4.0 * typical) & (np.diff(ids) == 0)) + 1
         runs = np.split(np.arange(len(ids)), np.union1d(edges, holes).astype(int))
         stride = max(1, int(np.floor(1.0 / (RATE_HZ * typical) + 1e-6)))
-        points = int(round(horizon_s / (stride * typical))) + 1
+        points = round(horizon_s / (stride * typical)) + 1
         longest = max((len(run) - 1) // stride + 1 for run in runs)
         points = min(points, longest)
         if points < MIN_POINTS:
             return cls(np.empty((0, 0), dtype=np.int64))
-        hop = max(1, int(round(points * (1.0 - overlap)))) * stride
+        hop = max(1, round(points * (1.0 - overlap))) * stride
         for run in runs:
             last = len(run) - (points - 1) * stride
             for start in range(0, max(last, 0), hop):
@@ -150,7 +150,8 @@ class Calibration:
     Attributes:
         band: Coherent deviation of posture.
         variance_factor: What the one-step variance was multiplied by.
-        coverage_one_step: Share of held-out joint velocities in the 90 % interval, before and after.
+        coverage_one_step: Share of held-out joint velocities in the 90 % interval, before and
+            after.
         coverage_rollout: Share of held-out postures in the sampled 90 % band, before the last
             scaling; None if they were too short to roll out on.
     """
@@ -176,9 +177,9 @@ def calibrate(
 ) -> Calibration:
     """Measures a method's bands on contiguous blocks of its demonstrations, each left out in turn.
 
-    Blocks, not single samples: neighbours in time repeat each other, and a band fitted on repeats is
-    too narrow for anything new. Hyper-parameters and W stay those of all demonstrations (a handful of
-    numbers); the process, the covariance and the familiarity are those of the rest.
+    Blocks, not single samples: neighbours in time repeat each other, and a band fitted on repeats
+    is too narrow for anything new. Hyper-parameters and W stay those of all demonstrations (a
+    handful of numbers); the process, the covariance and the familiarity are those of the rest.
 
     Args:
         predictor: Fitted on all of them.
@@ -193,8 +194,8 @@ def calibrate(
         should_stop: Asked for each block.
 
     Returns:
-        The calibration; with demonstrations too short to roll out on, the band is made from one-step
-        scatter coherent over 0.3 s.
+        The calibration; with demonstrations too short to roll out on, the band is made from
+        one-step scatter coherent over 0.3 s.
     """
     learned = demonstrations.reduced(reduction)
     familiarity = Familiarity.of(learned, blocks)
@@ -245,7 +246,7 @@ class _Fold:
 def _standardised_joints(predictor: Predictor, held: Demonstrations) -> Array:
     prediction = predictor.predict(held.q, held.xdot, held.jacobian)
     deviation = np.sqrt((prediction.null_factor**2).sum(-1))
-    return np.abs(held.qdot - prediction.mean) / np.maximum(deviation, 1e-12)
+    return np.asarray(np.abs(held.qdot - prediction.mean) / np.maximum(deviation, 1e-12))
 
 
 def _fit(folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction) -> PostureBand:
@@ -278,8 +279,8 @@ def _sampled(
 ) -> tuple[float, float]:
     """Returns coverage of sampled 90 % bands and the factor that would make it .9.
 
-    The deviation is pushed into the null space, where it also accumulates, so the sampled spread is not
-    exactly the fitted one.
+    The deviation is pushed into the null space, where it also accumulates, so the sampled spread is
+    not exactly the fitted one.
     """
     ratios, covered = [], []
     for fold in folds:

@@ -63,8 +63,9 @@ def settle(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Brings postures onto the hand target with every joint within its limits.
 
-    Newton steps on the hand error in which joints past a limit are sent to it and held there; the rest
-    make up for them, in the proportions W. A joint is let go once holding it would take a pull outwards.
+    Newton steps on the hand error in which joints past a limit are sent to it and held there; the
+    rest make up for them, in the proportions W. A joint is let go once holding it would take a pull
+    outwards.
 
     Args:
         q: Learned joints, ``(B, n)`` rad.

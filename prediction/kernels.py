@@ -16,10 +16,10 @@ class InputScaling:
     """Brings posture and hand velocity to comparable numbers before any length-scale acts.
 
     ``paper``: every input by its own deviation, one length-scale. ``separate``: all joints by one
-    common deviation, since angles are already in one unit and dividing each by its own would let the
-    joints that stand still dominate the distance; linear and angular hand velocity by one each; and a
-    length-scale of their own for the velocities, because a preference of posture depends on the
-    posture more smoothly than, and often not at all on, the velocity.
+    common deviation, since angles are already in one unit and dividing each by its own would let
+    the joints that stand still dominate the distance; linear and angular hand velocity by one each;
+    and a length-scale of their own for the velocities, because a preference of posture depends on
+    the posture more smoothly than, and often not at all on, the velocity.
 
     Attributes:
         kind: Which of the two.
@@ -66,7 +66,7 @@ class InputScaling:
         if self.kind == "separate":
             per_input[self.joints :] = log_scale[1]
         factor = 1.0 / (self.divisor * np.exp(per_input))
-        return np.concatenate([q, xdot], axis=-1) * factor
+        return np.asarray(np.concatenate([q, xdot], axis=-1) * factor)
 
 
 def squared_exponential(left: Array, right: Array) -> Array:

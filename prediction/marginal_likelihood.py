@@ -1,9 +1,9 @@
 """Marginal likelihood of null-space coordinates under one kernel shared by all of them.
 
 ``Y ~ N(1 m', S (x) (K + rho I))`` with ``Y`` of N samples and k coordinates: one kernel, one full
-covariance S between coordinates (what the paper leaves as the multidimensional Gaussian process), one
-noise ratio rho. Mean m and S have closed-form optima and are always taken there, so what is left to
-search is ``theta`` = (log length-scales..., log rho).
+covariance S between coordinates (what the paper leaves as the multidimensional Gaussian process),
+one noise ratio rho. Mean m and S have closed-form optima and are always taken there, so what is
+left to search is ``theta`` = (log length-scales..., log rho).
 
 Derived here: with ``E = Y - 1 m'`` and ``A = (K + rho I)^-1`` the log likelihood is
 ``-(N k log 2 pi + k log|K + rho I| + N log|S| + tr(S^-1 E' A E)) / 2``; setting derivatives to zero
@@ -29,7 +29,7 @@ NOISE_STEPS = np.linspace(-3.0, 3.0, 13)
 
 
 class LikelihoodEngine(Protocol):
-    """Computes and maximises the marginal likelihood; ``fast`` here, ``gpytorch`` as the reference."""
+    """Computes and maximises the marginal likelihood: fast here, gpytorch as the reference."""
 
     def log_likelihood(self, theta: Array, Y: Array) -> float:
         """Returns the log likelihood a sample at ``theta``, m and S at their optimum."""
@@ -60,7 +60,7 @@ def clip_theta(theta: Array) -> Array:
 
 
 class FastEngine:
-    """Exact float64 likelihood in numpy; the eigenbasis of K serves every candidate and noise level.
+    """Exact float64 likelihood in numpy, one eigenbasis of K for all candidates.
 
     Args:
         scaling: Input scaling.
@@ -146,7 +146,7 @@ class EigenScorer:
 
     def scores(self, targets: Array) -> Array:
         """See `TargetScorer.scores`."""
-        return self._profile(np.matmul(self._vectors.T, targets)).max(axis=0)
+        return np.asarray(self._profile(np.matmul(self._vectors.T, targets)).max(axis=0))
 
     def score_and_slope(self, target: Array) -> tuple[float, Array]:
         """See `TargetScorer.score_and_slope`.

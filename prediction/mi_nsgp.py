@@ -30,7 +30,7 @@ ENGINES: tuple[EngineName, ...] = ("fast", "gpytorch")
 #: Most samples the exact likelihood is taken on; neighbours in time beyond that are left out.
 MAX_SAMPLES = 900
 #: Alternations of weights and hyper-parameters.
-ROUNDS = 4
+ROUNDS = 6
 #: Gain in log likelihood a sample below which alternation ends, nats.
 ROUND_TOLERANCE = 1e-4
 
@@ -39,10 +39,11 @@ ROUND_TOLERANCE = 1e-4
 class MiNsGp(Predictor):
     """The operator's law with a posture-dependent preference: W from data, y a Gaussian process.
 
-    Fitted by maximising the marginal likelihood of the null-space coordinates over log W and the kernel,
-    alternating: for given kernel W is searched with mean, output covariance and noise level at their
-    closed-form or grid optimum; for given W the kernel is searched. Use `CovIk` when demonstrations are
-    few or another motion must be predicted from them.
+    Fitted by maximising the marginal likelihood of the null-space coordinates over log W and the
+    kernel,
+    alternating: for given kernel W is searched with mean, output covariance and noise level at
+    their closed-form or grid optimum; for given W the kernel is searched. Use `CovIk` when
+    demonstrations are few or another motion must be predicted from them.
 
     Attributes:
         log_weights: Diagonal of log W, mean zero, ``(n,)``.
@@ -56,9 +57,9 @@ class MiNsGp(Predictor):
         score: Log likelihood a sample reached, nats.
         evaluations: Candidates W scored.
 
-    Source: Vianello et al. 2021, section V, with the marginal likelihood in place of the likelihood of
-    the training set (which does not identify W), a full S in place of k independent processes, and an
-    axis choice that does not flip.
+    Source: Vianello et al. 2021, section V, with the marginal likelihood in place of the likelihood
+    of the training set (which does not identify W), a full S in place of k independent processes,
+    and an axis choice that does not flip.
     """
 
     name: ClassVar[str] = "mi-nsgp"
@@ -96,7 +97,8 @@ class MiNsGp(Predictor):
             progress: Told the log likelihood a sample.
             should_stop: Asked often; see `TrainingCancelledError`.
             kernel: ``separate``, or the paper's single length-scale.
-            optimizer: ``bipop`` (the paper's), or ``gradient``: the same optimum in fewer evaluations.
+            optimizer: ``bipop`` (the paper's), or ``gradient``: the same optimum in fewer
+                evaluations.
             engine: ``fast``, or ``gpytorch`` as the slow reference.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.

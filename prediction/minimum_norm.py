@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 class MinimumNormIk(Predictor):
     """The smallest joint velocity that moves the hand as led; y is isotropic about zero.
 
-    The floor every method must beat: it learns one number, the scatter. Use `CovIk` for a prediction
-    that knows the person.
+    The floor every method must beat: it learns one number, the scatter. Use `CovIk` for a
+    prediction that knows the person.
 
     Attributes:
         variance: Variance of each null-space coordinate, (rad/s)^2.

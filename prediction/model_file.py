@@ -1,8 +1,8 @@
 """Operator model files: safetensors with a JSON header, never pickle.
 
-Layout: one safetensors file. Tensors are named ``<method>/<task>/<part>/<array>``, plus ``reduction``,
-``familiarity`` and ``skeleton`` parts; the metadata entry ``ergocast`` is a JSON object with everything
-that is not an array. Loading never executes anything from the file.
+Layout: one safetensors file. Tensors are named ``<method>/<task>/<part>/<array>``, plus
+``reduction``, ``familiarity`` and ``skeleton`` parts; the metadata entry ``ergocast`` is a JSON
+object with everything that is not an array. Loading never executes anything from the file.
 """
 
 import json

@@ -1,9 +1,10 @@
 """Weighted pseudo-inverses and a null-space basis that never flips.
 
-The singular value decomposition fixes the null space of a Jacobian but not the axes in it: signs and
-rotations are up to the LAPACK at hand, and a regression on coordinates that jump learns nothing. Here
-the axes are those of one reference null space, carried to each posture by an orthogonal map that is
-smooth in the posture, so coordinates of neighbouring postures can be compared.
+The singular value decomposition fixes the null space of a Jacobian but not the axes in it: signs
+and rotations are up to the LAPACK at hand, and a regression on coordinates that jump learns
+nothing. Here the axes are those of one reference null space, carried to each posture by an
+orthogonal map that is smooth in the posture, so coordinates of neighbouring postures can be
+compared.
 """
 
 from dataclasses import dataclass
@@ -44,7 +45,7 @@ def weighted_solution(weights: Array, jacobian: Array, task: Array) -> Array:
     """
     rows = weighted_rows(weights, jacobian)
     multiplier = solve_spd(rows @ np.swapaxes(jacobian, -1, -2), task[..., None])[..., 0]
-    return np.einsum("...mn,...m->...n", rows, multiplier)
+    return np.asarray(np.einsum("...mn,...m->...n", rows, multiplier))
 
 
 def weighted_pseudo_inverse(weights: Array, jacobian: Array) -> Array:
@@ -71,17 +72,18 @@ def row_space(jacobian: Array) -> tuple[Array, Array]:
 class NullSpaceBasis:
     """A smooth orthonormal basis ``V(q)`` of the null space, tied to one reference null space.
 
-    With ``R`` the row space of J, its rows chosen so that ``C = R R_ref'`` is upper triangular with a
-    positive diagonal (a Cholesky factor, hence unique), the map
+    With ``R`` the row space of J, its rows chosen so that ``C = R R_ref'`` is upper triangular with
+    a positive diagonal (a Cholesky factor, hence unique), the map
     ``U = I - (R + R_ref)' (I + C)^-1 (R + R_ref)``, restricted to the reference null space, is
-    ``V = V_ref - (R + R_ref)' (I + C)^-1 R V_ref``. It is orthonormal, spans the null space of J, is
-    the identity at the reference and depends on J through its row space alone: signs and rotations of
-    any decomposition cannot change it. Only triangular m x m systems are solved; no SVD.
+    ``V = V_ref - (R + R_ref)' (I + C)^-1 R V_ref``. It is orthonormal, spans the null space of J,
+    is the identity at the reference and depends on J through its row space alone: signs and
+    rotations of any decomposition cannot change it. Only triangular m x m systems are solved; no
+    SVD.
 
     Derived here: with ``Y = -(R + R_ref)'`` and ``M = I + C``, ``Y'Y = M + M'``, so
-    ``I - Y M^-1 Y'`` is orthogonal for any two orthonormal row sets, and it sends ``-R_ref`` to ``R``;
-    therefore it sends the complement of the one to the complement of the other. ``I + C`` is always
-    regular because the diagonal of C is positive.
+    ``I - Y M^-1 Y'`` is orthogonal for any two orthonormal row sets, and it sends ``-R_ref`` to
+    ``R``; therefore it sends the complement of the one to the complement of the other. ``I + C`` is
+    always regular because the diagonal of C is positive.
 
     Attributes:
         rows: Orthonormal rows of the reference row space, ``(m, n)``.
@@ -112,7 +114,7 @@ class NullSpaceBasis:
     @property
     def redundancy(self) -> int:
         """Number of null-space coordinates, k = n - m."""
-        return self.null.shape[1]
+        return int(self.null.shape[1])
 
     def frame(self, jacobian: Array) -> "NullSpaceFrame":
         """Returns the basis at the postures of ``jacobian`` ``(..., m, n)``."""
@@ -140,19 +142,19 @@ class NullSpaceFrame:
     log_volume: Array
 
     def compose(self, y: Array) -> Array:
-        """Returns the joint velocity ``V y`` ``(..., n)`` of null-space coordinates ``(..., k)``."""
+        """Returns the joint velocity ``V y``, ``(..., n)``, of coordinates ``(..., k)``."""
         flat = y @ self.basis.null.T
         inner = np.einsum("...mn,...n->...m", self.rows, flat)
         reduced = np.linalg.solve(self._shifted(), inner[..., None])[..., 0]
         turned = np.einsum("...mn,...m->...n", self.rows, reduced)
-        return flat - turned - reduced @ self.basis.rows
+        return np.asarray(flat - turned - reduced @ self.basis.rows)
 
     def coordinates(self, velocity: Array) -> Array:
         """Returns ``V' v`` ``(..., k)`` of joint velocities ``(..., n)``."""
         both = np.einsum("...mn,...n->...m", self.rows, velocity) + velocity @ self.basis.rows.T
         reduced = solve_lower(np.swapaxes(self._shifted(), -1, -2), both[..., None])[..., 0]
         turned = np.einsum("...mn,...m->...n", self.rows, reduced)
-        return (velocity - turned) @ self.basis.null
+        return np.asarray((velocity - turned) @ self.basis.null)
 
     def matrix(self) -> Array:
         """Returns ``V`` itself, ``(..., n, k)``."""
@@ -166,7 +168,8 @@ class NullSpaceFrame:
 
         Near 0 the two are orthogonal in some direction and the basis may turn quickly.
         """
-        return np.linalg.svd(self.overlap, compute_uv=False)[..., -1]
+        values = np.linalg.svd(self.overlap, compute_uv=False)
+        return np.asarray(values[..., -1], dtype=np.float64)
 
     def _shifted(self) -> Array:
         return self.overlap + np.eye(self.overlap.shape[-1])

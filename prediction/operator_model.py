@@ -213,8 +213,8 @@ class OperatorModel:
             The roll-out, all joints.
 
         Raises:
-            TrajectoryError: The path or start posture is malformed, and its subclasses for a jump, a
-                start that does not meet the path, and a path out of reach.
+            TrajectoryError: The path or start posture is malformed, and its subclasses for a jump,
+                a start that does not meet the path, and a path out of reach.
             UnsupportedMethodError: The method or task was not trained.
         """
         path = HandPath.checked(time_s, target_position, target_rotation)

@@ -2,8 +2,8 @@
 
 Independent noise at every step averages away: a band made of it is far too narrow. People deviate
 coherently: an elbow carried high stays high for a while. The deviation is an Ornstein-Uhlenbeck
-process in travelled task distance, so it does not grow while the hand rests and does not grow without
-end while it moves.
+process in travelled task distance, so it does not grow while the hand rests and does not grow
+without end while it moves.
 """
 
 from dataclasses import dataclass, replace
@@ -31,8 +31,8 @@ class PostureBand:
     Attributes:
         factor: L, ``(n, n)`` rad.
         length: Correlation length.
-        rate_moment: Second moment of demonstrated joint velocities, ``(n, n)`` (rad/s)^2; the unit of
-            travelled distance.
+        rate_moment: Second moment of demonstrated joint velocities, ``(n, n)`` (rad/s)^2; the unit
+            of travelled distance.
     """
 
     factor: Array
@@ -42,8 +42,8 @@ class PostureBand:
     def travelled(self, step: Array, jacobian: Array) -> Array:
         """Returns the task distance of a hand displacement, ``(...)``, s at demonstrated speed.
 
-        ``sqrt(dx' (J C J')^-1 dx / m)`` with C the demonstrated velocity moment: how long the person
-        would take on average.
+        ``sqrt(dx' (J C J')^-1 dx / m)`` with C the demonstrated velocity moment: how long the
+        person would take on average.
 
         Args:
             step: ``(..., m)``.
@@ -97,4 +97,5 @@ def fit_band(error: Array, travelled: Array, widened: Array, rate_moment: Array)
         _DIAGONAL_SHARE * diagonal + 1e-9 * diagonal.mean()
     )
     ratio = float(np.quantile(np.abs(scaled) / np.sqrt(diagonal), 0.9)) / 1.6448536269514722
-    return PostureBand(np.linalg.cholesky(covariance) * ratio, length, rate_moment)
+    factor = np.asarray(np.linalg.cholesky(covariance) * ratio, dtype=np.float64)
+    return PostureBand(factor, length, rate_moment)

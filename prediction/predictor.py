@@ -1,8 +1,8 @@
 """What every method answers: the law of the joint velocity given posture and hand velocity.
 
 All methods of this package share one form,
-``dq = J_W^+ xdot + V(q) y``, ``y ~ N(mu_y, Sigma_y)`` (Vianello et al. 2021, eq. 7-8), and differ in W
-and in the law of y. A method is fitted once and then immutable.
+``dq = J_W^+ xdot + V(q) y``, ``y ~ N(mu_y, Sigma_y)`` (Vianello et al. 2021, eq. 7-8), and differ
+in W and in the law of y. A method is fitted once and then immutable.
 """
 
 from abc import ABC, abstractmethod
@@ -65,8 +65,8 @@ class LogDensity:
 
     Attributes:
         task: ``log N(J dq; xdot, Sigma_x)``: how the hand obeyed, ``(...)``.
-        null_space: ``log N(y; mu_y, Sigma_y)``: how the posture was chosen, ``(...)``; the part methods
-            differ in.
+        null_space: ``log N(y; mu_y, Sigma_y)``: how the posture was chosen, ``(...)``; the part
+            methods differ in.
         volume: ``log det(J J') / 2``, ``(...)``.
     """
 

@@ -1,7 +1,7 @@
 """Monte-Carlo roll-outs: how the body may move while the hand is led along a path.
 
-Each step follows the predictor's mean, adds a deviation that is coherent along the way, and corrects
-the hand once at the new posture (Vianello et al. 2021, Fig. 3, with the loop closed).
+Each step follows the predictor's mean, adds a deviation that is coherent along the way, and
+corrects the hand once at the new posture (Vianello et al. 2021, Fig. 3, with the loop closed).
 """
 
 from collections.abc import Sequence
@@ -67,12 +67,12 @@ class Rollout:
         time_s: ``(T,)`` s.
         q: Samples, ``(S, T, n)`` rad.
         central: The path without deviation, ``(T, n)`` rad.
-        hand_error_m: Distance of each sample's hand from where it was led (robot error included in the
-            target), ``(S, T)`` m.
+        hand_error_m: Distance of each sample's hand from where it was led (robot error included in
+            the target), ``(S, T)`` m.
         hand_error_rad: The same for orientation, ``(S, T)``; zero if the task is the position.
         familiarity: How well the demonstrations cover the central posture, ``(T,)`` in [0, 1].
-        followed: Samples whose hand stayed on the path within limits, ``(S, T)``; False marks postures
-            that should not be scored.
+        followed: Samples whose hand stayed on the path within limits, ``(S, T)``; False marks
+            postures that should not be scored.
     """
 
     joint_names: tuple[str, ...]
@@ -121,11 +121,11 @@ class Follower:
 
         Args:
             path: Checked path; its rotation is used if the task is the pose.
-            q0: Start posture, all joints ``(n,)`` rad. A hand within `START_M` and `START_DEG` of the
-                first point is brought onto it.
+            q0: Start posture, all joints ``(n,)`` rad. A hand within `START_M` and `START_DEG` of
+                the first point is brought onto it.
             samples: Sampled postures S; 0 gives the central path alone.
-            rng: Randomness; the draw depends on S, T and the joints alone, so the same seed gives every
-                candidate the same person.
+            rng: Randomness; the draw depends on S, T and the joints alone, so the same seed gives
+                every candidate the same person.
             hand_noise: The robot's repeatability; none if not given.
             noise: ``coherent``; ``white`` samples every step on its own, as the paper does, for
                 reproduction; ``none``.
@@ -155,9 +155,9 @@ class Follower:
     ) -> list[Rollout | TrajectoryError]:
         """Rolls out many paths from one start, side by side: much faster than one by one.
 
-        All paths share the same random numbers, point by point, so sample s is the same person on the
-        same day on each. What a path gets does not depend on which others stand beside it, beyond
-        rounding.
+        All paths share the same random numbers, point by point, so sample s is the same person on
+        the same day on each. What a path gets does not depend on which others stand beside it,
+        beyond rounding.
 
         Args:
             paths: Checked paths, of any lengths.
@@ -308,10 +308,10 @@ def propagate(
     for point in range(1, points):
         familiarity = out.familiarity[:, point - 1]
         change = np.zeros_like(deviation)
-        whole = positions[:, point * substeps], None
-        if rotations is not None:
-            whole = whole[0], rotations[:, point * substeps]
-        step = state.central_step(*whole)
+        end = point * substeps
+        step = state.central_step(
+            positions[:, end], None if rotations is None else rotations[:, end]
+        )
         if follower.band is not None:
             du = follower.band.travelled(step, state.central_jacobian())
             out.travelled[:, point] = out.travelled[:, point - 1] + du
@@ -373,7 +373,7 @@ class _State:
         self.limits = follower.limits.widened_to(rows)
         self.weights = follower.predictor.weights
         self.linear = paths[0].position.shape[1]
-        self.target_position = np.empty(0)
+        self.target_position = np.empty((0, self.linear))
         self.target_rotation: Array | None = None
         self.followed = np.ones(len(self.q), dtype=np.bool_)
         self.previous = self.q
@@ -493,7 +493,8 @@ class _State:
             position, rotation, jacobian = chain.forward_and_jacobian(q)
             return self._residual(position, rotation, chosen), jacobian
 
-        # First from where the step went; failing that, from the posture before it, without deviation.
+        # First from where the step went; failing that, from the posture before it, without
+        # deviation.
         for start in (self.q, self.previous):
             settled, _ = settle(
                 start[rows],
@@ -533,7 +534,7 @@ class _State:
 
 
 def _small_rotation(vector: Array) -> Array:
-    """Rotation matrices of small rotation vectors ``(..., 3)``, by the Cayley map (exactly orthonormal)."""
+    """Rotation matrices of small rotation vectors, by the Cayley map: exactly orthonormal."""
     x, y, z = np.moveaxis(0.5 * vector, -1, 0)
     zero = np.zeros_like(x)
     skew = np.stack(
@@ -548,10 +549,10 @@ def _robot_error(normal: Array, path: HandPath, hand: HandNoise, noise: Noise) -
     if not scale.any() or noise == "none":
         return None
     if noise == "white":
-        error = normal * scale
-        error[:, 0] = 0.0
-        return error
-    error = np.zeros_like(normal)
+        white: Array = normal * scale
+        white[:, 0] = 0.0
+        return white
+    error: Array = np.zeros_like(normal)
     for point, dt in enumerate(np.diff(path.time_s), start=1):
         rho = np.exp(-dt / ROBOT_ERROR_S)
         error[:, point] = rho * error[:, point - 1] + np.sqrt(1 - rho**2) * normal[:, point] * scale

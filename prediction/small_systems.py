@@ -1,8 +1,8 @@
 """Batches of small dense systems: task-sized (2 to 6) matrices, thousands at a time.
 
 A posture at the edge of reach makes one matrix of a batch singular. LAPACK then refuses the whole
-batch; here that batch alone is solved again with a ridge of 1e-10 of the mean eigenvalue, which bounds
-joint velocities and leaves the remaining hand error to be measured by the caller.
+batch; here that batch alone is solved again with a ridge of 1e-10 of the mean eigenvalue, which
+bounds joint velocities and leaves the remaining hand error to be measured by the caller.
 """
 
 import numpy as np
@@ -24,9 +24,9 @@ def solve_spd(matrix: Array, right: Array) -> Array:
         ``(..., m, r)``.
     """
     try:
-        return np.linalg.solve(matrix, right)
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
-        return np.linalg.solve(_ridged(matrix), right)
+        return np.asarray(np.linalg.solve(_ridged(matrix), right), dtype=np.float64)
 
 
 def upper_cholesky(matrix: Array) -> Array:
@@ -50,11 +50,11 @@ def solve_lower(lower: Array, right: Array) -> Array:
     Returns:
         ``(..., m, r)``.
     """
-    return np.linalg.solve(lower, right)
+    return np.asarray(np.linalg.solve(lower, right), dtype=np.float64)
 
 
 def _ridged(matrix: Array) -> Array:
     size = matrix.shape[-1]
     scale = np.trace(matrix, axis1=-2, axis2=-1) / size
     floor = np.finfo(np.float64).tiny
-    return matrix + (_RIDGE * scale[..., None, None] + floor) * np.eye(size)
+    return np.asarray(matrix + (_RIDGE * scale[..., None, None] + floor) * np.eye(size))

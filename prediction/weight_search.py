@@ -27,8 +27,8 @@ LOG_WEIGHT_BOUND = 4.0
 class NullSpaceTargets:
     """Null-space coordinates of the demonstrations as a function of W.
 
-    ``y(W) = V' (dq - J_W^+ J dq)``; only ``J_W^+`` depends on W, so W acts as a mean function and the
-    Gram matrix of the inputs never changes.
+    ``y(W) = V' (dq - J_W^+ J dq)``; only ``J_W^+`` depends on W, so W acts as a mean function and
+    the Gram matrix of the inputs never changes.
 
     Args:
         demonstrations: N samples.
@@ -74,7 +74,7 @@ class NullSpaceTargets:
         gram = np.einsum("tijn,n->tij", self._products, weights)
         multiplier = solve_spd(gram, inner[..., None])[..., 0]
         projected = in_joints - np.einsum("tmn,tm->tn", self._jacobian, multiplier)
-        return -(projected * followed).sum(axis=0)
+        return np.asarray(-(projected * followed).sum(axis=0))
 
 
 @dataclass(frozen=True, slots=True)
