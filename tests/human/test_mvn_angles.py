@@ -64,10 +64,7 @@ def test_against_an_independent_decomposition(joint: str, sequence: str) -> None
     """Sizes of the angles by scipy's Euler angles in ISB axes; signs are tested above."""
     rng = np.random.default_rng(JOINTS.index(joint))
     child = SEGMENT_OF_JOINT[joint]
-    pair = []
-    for segment in (PARENT_SEGMENT[child], child):
-        turns = Rotation.from_rotvec(rng.uniform(-0.6, 0.6, (20, 3)))
-        pair.append(turns)
+    pair = [Rotation.from_rotvec(rng.uniform(-0.6, 0.6, (20, 3))) for _ in range(2)]
     isb = [
         turns * (Rotation.from_quat(HANGING_ARM_AXES[s]) if s in HANGING_ARM_AXES else NONE)
         for s, turns in zip((PARENT_SEGMENT[child], child), pair, strict=True)

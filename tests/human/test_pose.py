@@ -115,8 +115,8 @@ def test_missing_spine_segments_share_the_bend(tmp_path: Path) -> None:
     assert fitted.diagnostics.filled_segments == ("L3",)
     assert "filled in" in fitted.motion.provenance.assumed["L3"]
     np.testing.assert_allclose(fitted.motion.q[:, 3:], q[:, 3:], atol=1e-6)
-    # The file's spine is straight between the two joints it has, the model's bends at the third.
-    assert np.median(fitted.diagnostics.position_error_m) < 0.005
+    # The file's spine is straight where the model's bends: 6 degrees over one vertebral block.
+    assert np.median(fitted.diagnostics.position_error_m) < 0.02
 
 
 def test_a_dummy_joint_without_length_does_not_break_the_skeleton(tmp_path: Path) -> None:
