@@ -34,7 +34,8 @@ export default defineConfig({
     outDir: "../app/static",
     emptyOutDir: true,
     target: "es2022",
-    license: true,
+    // Names and licences of everything in the bundle, beside it.
+    license: { fileName: "licences.md" },
     // three.js alone is past the default warning; one page needs it from its first paint.
     chunkSizeWarningLimit: 1200,
     assetsInlineLimit: 0,

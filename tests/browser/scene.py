@@ -1,7 +1,8 @@
 """A made-up assessment and recording in the service's own schema, for the page alone.
 
-The numbers are simple functions of time, chosen so that a test can say what the page must show: a clear
-winner, a tie, an unfamiliar candidate and a faulty one. The body is a stick figure of round numbers.
+The numbers are simple functions of time, chosen so that a test can say what the page must show:
+a clear winner, a tie, an unfamiliar candidate and a faulty one. The body is a stick figure of
+round numbers.
 """
 
 import math
@@ -76,7 +77,8 @@ def urdf() -> str:
             parts.append(
                 f'<joint name="{joint}_{suffix}" type="revolute"><origin xyz="{xyz}" rpy="0 0 0"/>'
                 f'<parent link="{links[index]}"/><child link="{links[index + 1]}"/>'
-                f'<axis xyz="{axis}"/><limit lower="-3.2" upper="3.2" effort="0" velocity="0"/></joint>'
+                f'<axis xyz="{axis}"/>'
+                '<limit lower="-3.2" upper="3.2" effort="0" velocity="0"/></joint>'
             )
     return "".join([*parts, "</robot>"])
 
@@ -110,7 +112,7 @@ def joint_positions(lean: float, lift: float, wobble: float = 0.0) -> np.ndarray
 
 
 def hand_path(q: np.ndarray) -> np.ndarray:
-    """Returns the right hand's position, ``(FRAMES, 3)`` in m in the world, by forward kinematics."""
+    """Returns the right wrist's place in the world, ``(FRAMES, 3)`` in m."""
     at = {name: index for index, name in enumerate(DOF_NAMES)}
     branch = ["RightHand"]
     while branch[0] in PARENT_SEGMENT:
@@ -173,8 +175,10 @@ def _candidate(row: tuple[Any, ...]) -> dict[str, Any]:
     name, lean, lift, low_back, mean_rula, rank, p_best = row
     if rank is None:
         empty = dict.fromkeys(
-            ("rank", "p_best", "cost", "rula", "reba", "back_angle_deg", "effort_nm", "worst")
-            + ("out_of_distribution", "baseline")
+            (
+                *("rank", "p_best", "cost", "rula", "reba", "back_angle_deg", "effort_nm"),
+                *("worst", "out_of_distribution", "baseline"),
+            )
         )
         return {
             "id": name,
@@ -320,9 +324,7 @@ def posture(candidate: str) -> dict[str, Any]:
             "orientation_xyzw": [[0.0, 0.0, 0.0, 1.0]] * FRAMES,
         },
         "effort_p50_nm": {joint: values.tolist() for joint, values in efforts(row[3]).items()},
-        "effort_scale_nm": {
-            joint: float(values.max()) for joint, values in efforts(scale).items()
-        },
+        "effort_scale_nm": {joint: float(values.max()) for joint, values in efforts(scale).items()},
         "target": {"position_m": hand_path(q).tolist()},
     }
 
@@ -395,7 +397,5 @@ def score(request: dict[str, Any]) -> dict[str, Any]:
             }
         ],
         "model_urdf_url": "/v1/models/m-demo/urdf",
-        "posture": {
-            key: body[key] for key in ("time_s", "joint_names", "joint_position", "base")
-        },
+        "posture": {key: body[key] for key in ("time_s", "joint_names", "joint_position", "base")},
     }

@@ -181,16 +181,25 @@ export class EcFigure extends LitElement {
   pixelAt(joint: string): [number, number, number] | null {
     const marker = this.#person?.joints.get(joint);
     const place = marker && this.#stage?.project(marker);
-    if (!place || !this.#stage) return null;
-    this.#stage.drawNow();
+    return place ? this.pixelOf(place.x, place.y) : null;
+  }
+
+  /** Pixel of the finished picture at a place in CSS pixels, sRGB bytes; for tests. */
+  pixelOf(x: number, y: number): [number, number, number] {
+    this.#stage?.drawNow();
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
     copy.height = this.canvas.height;
     const pen = copy.getContext("2d")!;
     pen.drawImage(this.canvas, 0, 0);
     const scale = this.canvas.width / this.canvas.clientWidth;
-    const data = pen.getImageData(place.x * scale, place.y * scale, 1, 1).data;
+    const data = pen.getImageData(x * scale, y * scale, 1, 1).data;
     return [data[0]!, data[1]!, data[2]!];
+  }
+
+  /** Number of pictures drawn so far; for tests. */
+  get drawn(): number {
+    return this.#stage?.drawn ?? 0;
   }
 
   /** Number of faint samples shown; for tests. */
