@@ -3,9 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from human.columns import shift_along, turn
+from human.columns import cosine_sine, shift_along, turn
 from human.errors import ConfigurationError, UnknownNameError
 from human.model import Array, HumanModel
+
+#: Postures worked on at once: the chain's arrays then stay in the processor's cache.
+_CHUNK = 1024
 
 
 class Chain:
@@ -75,8 +78,12 @@ class Chain:
             ConfigurationError: another length, or not finite.
         """
         batch, flat = self._flat(q_chain)
-        position, columns, _ = self._sweep(flat.T, jacobian=False)
-        return self._shaped(batch, position, columns)
+        position, rotation = np.empty((len(flat), 3)), np.empty((len(flat), 3, 3))
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            tip, columns, _ = self._sweep(flat[part].T, jacobian=False)
+            position[part], rotation[part] = tip.T, columns.transpose(2, 1, 0)
+        return position.reshape(*batch, 3), rotation.reshape(*batch, 3, 3)
 
     def jacobian(self, q_chain: ArrayLike) -> Array:
         """Returns the tip's Jacobian ``(..., 6, n)``: rows linear (m) then angular, base axes."""
@@ -95,10 +102,19 @@ class Chain:
             ConfigurationError: another length, or not finite.
         """
         batch, flat = self._flat(q_chain)
-        position, columns, jacobian = self._sweep(flat.T, jacobian=True)
-        # One copy to put the batch first: what follows is small matrix products, one per row.
-        rows = np.ascontiguousarray(jacobian.transpose(2, 0, 1))
-        return (*self._shaped(batch, position, columns), rows.reshape(*batch, 6, self.n))
+        position, rotation = np.empty((len(flat), 3)), np.empty((len(flat), 3, 3))
+        # The batch comes first in memory: what follows is small matrix products, one per row.
+        jacobian = np.empty((len(flat), 6, self.n))
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            tip, columns, rows = self._sweep(flat[part].T, jacobian=True)
+            position[part], rotation[part] = tip.T, columns.transpose(2, 1, 0)
+            jacobian[part] = rows.transpose(2, 0, 1)
+        return (
+            position.reshape(*batch, 3),
+            rotation.reshape(*batch, 3, 3),
+            jacobian.reshape(*batch, 6, self.n),
+        )
 
     def sweep(self, q_columns: Array) -> tuple[Array, Array, Array]:
         """Does the same with the batch last, without copies or checks: for inner loops.
@@ -127,14 +143,9 @@ class Chain:
             )
         return array.shape[:-1], flat
 
-    def _shaped(
-        self, batch: tuple[int, ...], position: Array, columns: Array
-    ) -> tuple[Array, Array]:
-        return position.T.reshape(*batch, 3), columns.transpose(2, 1, 0).reshape(*batch, 3, 3)
-
     def _sweep(self, q: Array, *, jacobian: bool) -> tuple[Array, Array, Array]:
         count = q.shape[1]
-        cosine, sine = np.cos(q), np.sin(q)
+        cosine, sine = cosine_sine(q)
         columns = np.zeros((3, 3, count))
         for axis in range(3):
             columns[axis, axis] = 1.0

@@ -1,4 +1,4 @@
-"""The two steps of batched kinematics, in place: shift by an offset, turn about an axis.
+"""The steps of batched kinematics, in place: shift by an offset, turn about an axis.
 
 Rotations are stored as ``(column, row, batch)``: turning about a segment's own axis mixes two
 columns and leaves the third where it is.
@@ -7,6 +7,19 @@ columns and leaves the third where it is.
 import numpy as np
 
 from human.model import Array
+
+
+def cosine_sine(angles: Array) -> tuple[Array, Array]:
+    """Returns cosine and sine, rad; by the half angle's tangent, which numpy computes far faster.
+
+    Derived here: with ``t = tan(x / 2)``, ``cos x = (1 - t^2) / (1 + t^2)`` and ``sin x = 2 t / (1
+    + t^2)``, within a few roundings of the exact values for every angle, and their squares sum to
+    one whatever error ``t`` has, so that rotations stay rotations.
+    """
+    half = np.tan(0.5 * np.ascontiguousarray(angles))
+    square = half * half
+    scale = 1.0 / (1.0 + square)
+    return (1.0 - square) * scale, 2.0 * half * scale
 
 
 def shift_along(columns: Array, origin: Array, offset: Array, out: Array, scratch: Array) -> None:

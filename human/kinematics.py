@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from human.chain import Chain
-from human.columns import shift_along, turn
+from human.columns import cosine_sine, shift_along, turn
 from human.errors import ConfigurationError
 from human.model import BASE_NQ, Array, HumanModel
 from human.rotations import quaternion_to_matrix
@@ -120,8 +120,7 @@ def world_columns(model: HumanModel, q: Array, columns: Array, position: Array) 
         columns: ``(n_segments, 3, 3, batch)`` out: [segment, column, row].
         position: ``(n_segments, 3, batch)`` out, m.
     """
-    angles = q[:, BASE_NQ:].T
-    cosine, sine = np.cos(angles), np.sin(angles)
+    cosine, sine = cosine_sine(q[:, BASE_NQ:].T)
     columns[0] = quaternion_to_matrix(q[:, 3:7]).T
     position[0] = q[:, :3].T
     scratch = np.empty((3, *columns.shape[2:]))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from human.columns import shift_along, turn
+from human.columns import cosine_sine, shift_along, turn
 from human.model import BASE_NQ, BASE_NV, Array, HumanModel
 from human.rotations import quaternion_to_matrix
 
@@ -121,8 +121,7 @@ def newton_euler(
     """
     count, segments = len(q), len(model.segment_names)
     reach = _carriers(model, wanted)
-    angles = q[:, BASE_NQ:].T
-    cosine, sine = np.cos(angles), np.sin(angles)
+    cosine, sine = cosine_sine(q[:, BASE_NQ:].T)
     rates = None if v is None else np.ascontiguousarray(v[:, BASE_NV:].T)
     rates_of_rates = None if a is None else np.ascontiguousarray(a[:, BASE_NV:].T)
     still = rates is None and rates_of_rates is None
