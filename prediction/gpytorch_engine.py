@@ -83,9 +83,8 @@ class GpytorchEngine:
 
         try:
             search.step(closure)  # type: ignore[no-untyped-call]
-        except torch.linalg.LinAlgError:  # type: ignore[attr-defined]  # a trial step left the
-        kernel singular
-            return start
+        except torch.linalg.LinAlgError:  # type: ignore[attr-defined]
+            return start  # a trial step left the kernel singular
         best = clip_theta(free.detach().numpy())
         improved = self.log_likelihood(best, Y) >= self.log_likelihood(start, Y)
         return best if improved else start
