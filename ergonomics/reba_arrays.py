@@ -221,6 +221,24 @@ def score_reba_interval(inputs: RebaInputs, rules: ScoringRules = DEFAULT_RULES)
     return RebaInterval(_score(inputs, rules, low), _score(inputs, rules, high), inputs.unmeasured)
 
 
+def score_reba_with(
+    inputs: RebaInputs, scores: Mapping[str, int], rules: ScoringRules = DEFAULT_RULES
+) -> RebaScores:
+    """Scores a batch as if some parts had the given scores, e.g. to see what they cost.
+
+    Args:
+        inputs: Fields that broadcast to ``(...)``.
+        scores: Score by part; those parts need not be measured.
+        rules: The conventions to apply.
+
+    Raises:
+        UnmeasuredError: If another part is unmeasured.
+    """
+    if inputs.unmeasured - set(scores):
+        raise UnmeasuredError(inputs.unmeasured - set(scores))
+    return _score(inputs, rules, scores)
+
+
 def reba_ranges(parts: frozenset[str]) -> tuple[dict[str, int], dict[str, int]]:
     """Returns the least and greatest score of each named part."""
     data = method_data("reba")

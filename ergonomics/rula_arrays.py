@@ -219,6 +219,24 @@ def score_rula_interval(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES)
     return RulaInterval(_score(inputs, rules, low), _score(inputs, rules, high), inputs.unmeasured)
 
 
+def score_rula_with(
+    inputs: RulaInputs, scores: Mapping[str, int], rules: ScoringRules = DEFAULT_RULES
+) -> RulaScores:
+    """Scores a batch as if some parts had the given scores, e.g. to see what they cost.
+
+    Args:
+        inputs: Fields that broadcast to ``(...)``.
+        scores: Score by part; those parts need not be measured.
+        rules: The conventions to apply.
+
+    Raises:
+        UnmeasuredError: If another part is unmeasured.
+    """
+    if inputs.unmeasured - set(scores):
+        raise UnmeasuredError(inputs.unmeasured - set(scores))
+    return _score(inputs, rules, scores)
+
+
 def rula_ranges(parts: frozenset[str]) -> tuple[dict[str, int], dict[str, int]]:
     """Returns the least and greatest score of each named part."""
     data = method_data("rula")

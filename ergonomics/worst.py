@@ -1,0 +1,260 @@
+"""The worst moment of a movement: when, which part of the body, and why, in words.
+
+A part is to blame for as many points of the final score as would go away if that part alone were
+at its best. Where no part alone changes the final score, the change of the scores that enter the
+last table decides.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .angles import Side
+from .errors import PostureError
+from .evidence import Evidence
+from .method_data import method_data
+from .reba import RebaResult
+from .reba_arrays import (
+    REBA_ADDED,
+    REBA_PARTS,
+    RebaInputs,
+    RebaScores,
+    explain_reba,
+    reba_ranges,
+    score_reba,
+    score_reba_with,
+)
+from .rula import RulaResult
+from .rula_arrays import (
+    RULA_ADDED,
+    RULA_PARTS,
+    RulaInputs,
+    RulaScores,
+    explain_rula,
+    rula_ranges,
+    score_rula,
+    score_rula_with,
+)
+from .rules import DEFAULT_RULES, ScoringRules
+from .timeline import time_weights
+
+Floats = NDArray[np.float64]
+Inputs = TypeVar("Inputs", RulaInputs, RebaInputs)
+
+_ONE_SIDED = frozenset({"upper_arm", "lower_arm", "wrist", "wrist_twist"})
+_PART_WORDS: Mapping[str, str] = {
+    "wrist_twist": "forearm twist",
+    "muscle_a": "arm, held or repeated",
+    "muscle_b": "body, held or repeated",
+    "force_a": "load on the arm",
+    "force_b": "load on the body",
+    "coupling": "grip",
+    "activity": "activity",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class WorstMoment:
+    """A moment with a high score, and what makes it so.
+
+    Attributes:
+        index: Frame.
+        time_s: When.
+        side: Arm scored.
+        expected: Mean score over the samples.
+        score: Score of the sample that the words describe: the median one.
+        part: The part to blame, by field name; empty if none is.
+        body_part: The same in words, or ``none``.
+        points: Mean points of the final score that it is to blame for.
+        reason: One sentence.
+        reasons: Reason of every field of the described sample.
+    """
+
+    index: int
+    time_s: float
+    side: Side
+    expected: float
+    score: int
+    part: str
+    body_part: str
+    points: float
+    reason: str
+    reasons: Mapping[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns JSON-ready values."""
+        return {
+            "time_s": self.time_s,
+            "side": self.side,
+            "expected": self.expected,
+            "score": self.score,
+            "body_part": self.body_part,
+            "reason": self.reason,
+            "reasons": dict(self.reasons),
+        }
+
+
+def worst_moments(
+    inputs: RulaInputs | RebaInputs,
+    time_s: ArrayLike,
+    *,
+    side: Side,
+    count: int = 1,
+    apart_s: float = 1.0,
+    rules: ScoringRules = DEFAULT_RULES,
+) -> tuple[WorstMoment, ...]:
+    """Finds the frames with the highest mean score, worst first.
+
+    Among frames of the same mean score the one with the higher scores before the last table is
+    the worse; among those, the first.
+
+    Args:
+        inputs: ``(frames,)`` or ``(samples, frames)``.
+        time_s: ``(frames,)`` seconds.
+        side: The arm that ``inputs`` are of, for the words.
+        count: Most moments to return.
+        apart_s: Least time between two of them, seconds.
+        rules: The conventions to apply.
+
+    Raises:
+        PostureError: If shapes or times do not fit.
+        UnmeasuredError: If a part is unmeasured.
+    """
+    shape = inputs.shape
+    frames = len(time_weights(time_s))
+    if len(shape) not in (1, 2) or shape[-1] != frames:
+        raise PostureError("inputs", f"expected (frames,) or (samples, {frames}), got {shape}")
+    scores: RulaScores | RebaScores
+    scores = (
+        score_rula(inputs, rules) if isinstance(inputs, RulaInputs) else score_reba(inputs, rules)
+    )
+    final = np.atleast_2d(scores.final).mean(axis=0)
+    before = np.atleast_2d(_before_last_table(scores)).mean(axis=0)
+    order = np.lexsort((np.arange(frames), -before, -final))
+    time = np.asarray(time_s, dtype=np.float64)
+    chosen: list[int] = []
+    for frame in order:
+        if len(chosen) == count:
+            break
+        if all(abs(time[frame] - time[other]) >= apart_s for other in chosen):
+            chosen.append(int(frame))
+    return tuple(_moment(inputs, frame, float(time[frame]), side, rules) for frame in chosen)
+
+
+def rula_blame(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[str, Floats]:
+    """Returns how much each part is to blame for RULA, ``(...)`` by part.
+
+    Args:
+        inputs: The batch.
+        rules: The conventions to apply.
+
+    Returns:
+        Points of the final score, with a hundredth of the points before the last table added.
+    """
+    base = score_rula(inputs, rules)
+    parts = (*RULA_PARTS, *RULA_ADDED)
+    least, _ = rula_ranges(frozenset(parts))
+    return {
+        part: _drop(base, score_rula_with(inputs, {part: least[part]}, rules)) for part in parts
+    }
+
+
+def reba_blame(inputs: RebaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[str, Floats]:
+    """Returns how much each part is to blame for REBA, ``(...)`` by part.
+
+    Args:
+        inputs: The batch.
+        rules: The conventions to apply.
+
+    Returns:
+        Points of the final score, with a hundredth of the points before the last table added.
+    """
+    base = score_reba(inputs, rules)
+    parts = (*REBA_PARTS, *REBA_ADDED)
+    least, _ = reba_ranges(frozenset(parts))
+    return {
+        part: _drop(base, score_reba_with(inputs, {part: least[part]}, rules)) for part in parts
+    }
+
+
+def _drop(base: RulaScores | RebaScores, better: RulaScores | RebaScores) -> Floats:
+    final = base.final.astype(np.float64) - better.final
+    return final + 0.01 * (_before_last_table(base) - _before_last_table(better))
+
+
+def _before_last_table(scores: RulaScores | RebaScores) -> Floats:
+    if isinstance(scores, RulaScores):
+        return scores.score_c.astype(np.float64) + scores.score_d
+    return scores.score_a.astype(np.float64) + scores.score_b
+
+
+def _moment(
+    inputs: RulaInputs | RebaInputs, frame: int, time_s: float, side: Side, rules: ScoringRules
+) -> WorstMoment:
+    result: RulaResult | RebaResult
+    if isinstance(inputs, RulaInputs):
+        method = "RULA"
+        now = frame_inputs(inputs, frame)
+        finals, blame = score_rula(now, rules).final, rula_blame(now, rules)
+        sample = _described(finals, blame)
+        result = explain_rula(now, (sample,), rules)
+    else:
+        method = "REBA"
+        one = frame_inputs(inputs, frame)
+        finals, blame = score_reba(one, rules).final, reba_blame(one, rules)
+        sample = _described(finals, blame)
+        result = explain_reba(one, (sample,), rules)
+    part = _most_to_blame(blame)
+    level = method_data("rula" if method == "RULA" else "reba").action(result.final)
+    if blame[part].mean() > 0.0:
+        words = _PART_WORDS.get(part, part.replace("_", " "))
+        body_part = f"{side} {words}" if part in _ONE_SIDED else words
+        why = f"{body_part} {result.reasons[part]}"
+    else:
+        part, body_part, why = "", "none", "no part stands out"
+    return WorstMoment(
+        index=frame,
+        time_s=time_s,
+        side=side,
+        expected=float(finals.mean()),
+        score=result.final,
+        part=part,
+        body_part=body_part,
+        points=float(blame[part].mean()) if part else 0.0,
+        reason=f"{method} {result.final} ({level.meaning}): {why}",
+        reasons=result.reasons,
+    )
+
+
+def _most_to_blame(blame: Mapping[str, Floats]) -> str:
+    return max(blame, key=lambda name: float(blame[name].mean()))
+
+
+def _described(finals: NDArray[np.uint8], blame: Mapping[str, Floats]) -> int:
+    """Returns a sample with the median score in which the blamed part is most to blame."""
+    part = _most_to_blame(blame)
+    median = np.sort(finals)[len(finals) // 2]
+    return int(np.argmax(np.where(finals == median, blame[part], -np.inf)))
+
+
+def frame_inputs(inputs: Inputs, frame: int) -> Inputs:
+    """Returns one frame of ``(frames,)`` or ``(samples, frames)`` inputs, as ``(samples,)``.
+
+    Args:
+        inputs: The batch.
+        frame: Index along its last axis.
+    """
+    shape = inputs.shape
+
+    def at(array: NDArray[Any]) -> NDArray[Any]:
+        return np.atleast_1d(np.broadcast_to(array, shape)[..., frame])
+
+    evidence = {
+        key: tuple(Evidence(e.words, at(e.value), e.limit, e.unit) for e in measured)
+        for key, measured in inputs.evidence.items()
+    }
+    changed: dict[str, Any] = {name: at(array) for name, array in inputs.arrays().items()}
+    return replace(inputs, **changed, evidence=evidence)
