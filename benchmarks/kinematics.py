@@ -1,7 +1,9 @@
-"""Batched kinematics and dynamics against Pinocchio called in a Python loop: ``python -m benchmarks.kinematics``.
+"""Batched kinematics and dynamics against Pinocchio called in a Python loop.
 
-Each peer is timed in turn with ours, several rounds, processor time, one thread; the ratio of the medians
-is what counts, since the machine may be shared. Agreement is checked on the same random postures.
+Run ``python -m benchmarks.kinematics``.
+
+Each peer is timed in turn with ours, several rounds, processor time, one thread; the ratio of the
+medians is what counts, since the machine may be shared. Agreement is checked on the same random postures.
 """
 
 import argparse
@@ -48,9 +50,8 @@ def main() -> int:
     model = generate_model(Subject(1.76, 74.3, "male"))
     rng = np.random.default_rng(0)
     failed = 0
-    print(
-        f"{'what':38} {'postures':>8} {'ours us':>8} {'peer us':>8} {'ratio':>6} {'difference':>11}"
-    )
+    columns = f"{'postures':>8} {'ours us':>8} {'peer us':>8} {'ratio':>6} {'difference':>11}"
+    print(f"{'what':38} {columns}")
     for case in (*kinematic_cases(model, rng), *dynamic_cases(model, rng)):
         ours, peer = timings(case, options.rounds)
         ratio, scale = peer / ours, 1e6 / case.postures
