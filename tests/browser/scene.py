@@ -1,16 +1,25 @@
 """A made-up assessment and recording in the service's own schema, for the page alone.
 
 The numbers are simple functions of time, chosen so that a test can say what the page must show:
-a clear winner, a tie, an unfamiliar candidate and a faulty one. The body is a stick figure of
-round numbers.
+a clear winner, a tie, an unfamiliar candidate and a faulty one. Only the body is real: the
+service's own model, so that the page's kinematics are held against the service's.
 """
 
+import functools
 import math
 from typing import Any
 
 import numpy as np
 
-from human.names import DOF_NAMES, JOINT_OF_SEGMENT, PARENT_SEGMENT, SEGMENTS
+from human import (
+    DOF_NAMES,
+    SEGMENTS,
+    HumanModel,
+    Subject,
+    forward_kinematics,
+    generate_model,
+    to_urdf,
+)
 
 FRAMES = 41
 DURATION_S = 2.0
@@ -27,32 +36,6 @@ CHAIN = (
     "jL5S1",
 )
 
-_RIGHT_ARM = {
-    "RightShoulder": (0.0, -0.03, 0.10),
-    "RightUpperArm": (0.0, -0.15, 0.0),
-    "RightForeArm": (0.0, -0.29, 0.0),
-    "RightHand": (0.0, -0.25, 0.0),
-}
-_RIGHT_LEG = {
-    "RightUpperLeg": (0.0, -0.085, -0.02),
-    "RightLowerLeg": (0.0, 0.0, -0.43),
-    "RightFoot": (0.0, 0.0, -0.42),
-    "RightToe": (0.17, 0.0, -0.06),
-}
-_OFFSETS: dict[str, tuple[float, float, float]] = {
-    "L5": (0.0, 0.0, 0.09),
-    "L3": (0.0, 0.0, 0.10),
-    "T12": (0.0, 0.0, 0.09),
-    "T8": (0.0, 0.0, 0.09),
-    "Neck": (0.0, 0.0, 0.13),
-    "Head": (0.0, 0.0, 0.09),
-    **_RIGHT_ARM,
-    **_RIGHT_LEG,
-}
-for _right, (_x, _y, _z) in {**_RIGHT_ARM, **_RIGHT_LEG}.items():
-    _OFFSETS[_right.replace("Right", "Left")] = (_x, -_y, _z)
-
-_AXES = (("rotx", "1 0 0"), ("roty", "0 1 0"), ("rotz", "0 0 1"))
 PELVIS_HEIGHT_M = 0.97
 
 #: id, trunk lean (rad), arm raise (rad), load of the low back (N m), mean RULA, rank, p_best, ties.
@@ -65,22 +48,16 @@ CANDIDATES: tuple[tuple[str, float, float, float, float, int | None, float | Non
 )
 
 
+@functools.cache
+def model() -> HumanModel:
+    """Returns the person, as the service would generate her."""
+    subject = MODEL["subject"]
+    return generate_model(Subject(subject["height_m"], subject["mass_kg"], subject["sex"]))
+
+
 def urdf() -> str:
-    """Returns the stick figure as URDF: three revolutes for each spherical joint."""
-    parts = ['<robot name="operator">', *(f'<link name="{name}"/>' for name in SEGMENTS)]
-    for segment, parent in PARENT_SEGMENT.items():
-        joint = JOINT_OF_SEGMENT[segment]
-        links = (parent, f"{segment}_f1", f"{segment}_f2", segment)
-        parts += [f'<link name="{name}"/>' for name in links[1:3]]
-        for index, (suffix, axis) in enumerate(_AXES):
-            xyz = " ".join(map(str, _OFFSETS[segment])) if index == 0 else "0 0 0"
-            parts.append(
-                f'<joint name="{joint}_{suffix}" type="revolute"><origin xyz="{xyz}" rpy="0 0 0"/>'
-                f'<parent link="{links[index]}"/><child link="{links[index + 1]}"/>'
-                f'<axis xyz="{axis}"/>'
-                '<limit lower="-3.2" upper="3.2" effort="0" velocity="0"/></joint>'
-            )
-    return "".join([*parts, "</robot>"])
+    """Returns the person as URDF."""
+    return to_urdf(model())
 
 
 def _times() -> np.ndarray:
@@ -111,30 +88,11 @@ def joint_positions(lean: float, lift: float, wobble: float = 0.0) -> np.ndarray
     return q
 
 
-def hand_path(q: np.ndarray) -> np.ndarray:
+def hand_path(joint_position: np.ndarray) -> np.ndarray:
     """Returns the right wrist's place in the world, ``(FRAMES, 3)`` in m."""
-    at = {name: index for index, name in enumerate(DOF_NAMES)}
-    branch = ["RightHand"]
-    while branch[0] in PARENT_SEGMENT:
-        branch.insert(0, PARENT_SEGMENT[branch[0]])
-    path = []
-    for row in q:
-        position, rotation = np.array([0.0, 0.0, PELVIS_HEIGHT_M]), np.eye(3)
-        for segment in branch[1:]:
-            position = position + rotation @ np.array(_OFFSETS[segment])
-            for axis, (suffix, _) in enumerate(_AXES):
-                angle = row[at[f"{JOINT_OF_SEGMENT[segment]}_{suffix}"]]
-                rotation = rotation @ _turn(axis, angle)
-        path.append(position)
-    return np.array(path)
-
-
-def _turn(axis: int, angle: float) -> np.ndarray:
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    turn = np.eye(3)
-    turn[i, i] = turn[j, j] = math.cos(angle)
-    turn[i, j], turn[j, i] = -math.sin(angle), math.sin(angle)
-    return turn
+    base = np.tile([0.0, 0.0, PELVIS_HEIGHT_M, 0.0, 0.0, 0.0, 1.0], (FRAMES, 1))
+    poses = forward_kinematics(model(), np.hstack([base, joint_position]))
+    return poses.position[:, SEGMENTS.index("RightHand")]
 
 
 def efforts(low_back_nm: float) -> dict[str, np.ndarray]:
