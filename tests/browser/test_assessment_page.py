@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from human.names import DOF_NAMES
 from tests.browser import scene
@@ -257,6 +257,21 @@ def test_a_bad_request_shows_its_place_and_what_was_expected(page: Page) -> None
 def test_an_unknown_assessment_says_so(watched: Watched, mock_address: str) -> None:
     watched.page.goto(f"{mock_address}#/assessments/gone")
     expect(watched.page.get_by_role("alert")).to_contain_text("Nothing at /v1/assessments/gone")
+
+
+def test_a_service_that_asks_for_a_key_gets_it(watched: Watched, mock_address: str) -> None:
+    def guard(route: Route) -> None:
+        if route.request.headers.get("authorization") == "Bearer open sesame":
+            route.continue_()
+        else:
+            refusal = {"type": "/problems/unauthorized", "title": "A key is needed", "status": 401}
+            route.fulfill(status=401, json=refusal)
+
+    watched.page.route("**/v1/**", guard)
+    watched.page.goto(mock_address)
+    watched.page.get_by_label("Key").fill("open sesame")
+    watched.page.get_by_role("button", name="Continue").click()
+    drawn(watched.page)
 
 
 def test_names_from_outside_are_text(watched: Watched, mock_address: str) -> None:

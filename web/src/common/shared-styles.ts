@@ -43,6 +43,7 @@ export const sharedStyles = css`
   button,
   select,
   input[type="number"],
+  input[type="password"],
   input[type="text"] {
     background: var(--surface);
     border: 1px solid var(--line);

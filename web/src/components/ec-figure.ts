@@ -1,6 +1,6 @@
 import { LitElement, type PropertyValues, css, html, nothing } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
-import { Box3, Color, Raycaster, SRGBColorSpace, Vector2, Vector3 } from "three";
+import { Box3, Color, Object3D, Raycaster, SRGBColorSpace, Vector2, Vector3 } from "three";
 
 import { rampColour } from "../common/colour-ramp";
 import { figure } from "../common/format";
@@ -17,6 +17,8 @@ import { Skeleton } from "../figure/skeleton";
 import { Stage } from "../figure/stage";
 
 const ORBIT_STEP = Math.PI / 18;
+/** Distance of the label from its joint, CSS pixels. */
+const LABEL_GAP = 64;
 
 /**
  * The person in 3-D, at the time of the page's clock, joints coloured by effort.
@@ -87,8 +89,17 @@ export class EcFigure extends LitElement {
         border: 1px solid var(--line);
         box-shadow: var(--shadow);
       }
-      .label b {
-        font-weight: 620;
+      .label::after {
+        content: "";
+        position: absolute;
+        top: 50%;
+        right: 100%;
+        width: 50px;
+        border-top: 1px solid var(--ink-soft);
+      }
+      .label.left::after {
+        right: auto;
+        left: 100%;
       }
       .failure {
         position: absolute;
@@ -317,9 +328,26 @@ export class EcFigure extends LitElement {
     label.hidden = !place || effort === null;
     if (!place || effort === null) return;
     label.textContent = `${jointWords(this.joint)} ${figure(effort)} N·m`;
-    const x = Math.min(place.x + 18, this.clientWidth - label.offsetWidth - 8);
-    const y = Math.min(Math.max(place.y - 12, 8), this.clientHeight - 34);
-    label.style.transform = `translate(${Math.max(8, x)}px, ${y}px)`;
+    // Behind the back, where no arm works.
+    const left = this.#facesRight();
+    const reach = LABEL_GAP + label.offsetWidth;
+    const x = left ? place.x - reach : place.x + LABEL_GAP;
+    const y = Math.min(Math.max(place.y - label.offsetHeight / 2, 8), this.clientHeight - 34);
+    const inside = Math.min(Math.max(8, x), this.clientWidth - label.offsetWidth - 8);
+    label.classList.toggle("left", left);
+    label.style.transform = `translate(${inside}px, ${y}px)`;
+  }
+
+  /** Whether the person looks to the right in the picture. */
+  #facesRight(): boolean {
+    const robot = this.#person?.skeleton.robot;
+    if (!robot || !this.#stage) return true;
+    const ahead = new Object3D();
+    robot.localToWorld(ahead.position.set(0.5, 0, 0));
+    ahead.updateMatrixWorld();
+    const here = this.#stage.project(robot);
+    const there = this.#stage.project(ahead);
+    return !here || !there || there.x >= here.x;
   }
 
   #recolour = (): void => {

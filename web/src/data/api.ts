@@ -13,11 +13,26 @@ import type {
 } from "./types";
 
 const POLL_MS = 500;
+/** Where the key of a service that asks for one is kept: in this tab, until it is closed. */
+const KEY = "ergocast-api-key";
+
+/** Takes the key that every later request carries. */
+export function setKey(key: string): void {
+  sessionStorage.setItem(KEY, key);
+}
+
+function withKey(init: RequestInit = {}): RequestInit {
+  const key = sessionStorage.getItem(KEY);
+  if (key === null) return init;
+  const headers = new Headers(init.headers);
+  headers.set("authorization", `Bearer ${key}`);
+  return { ...init, headers };
+}
 
 async function request(path: string, init?: RequestInit): Promise<Response> {
   let response: Response;
   try {
-    response = await fetch(path, init);
+    response = await fetch(path, withKey(init));
   } catch (cause) {
     if (cause instanceof DOMException && cause.name === "AbortError") throw cause;
     throw new ProblemError({
@@ -37,7 +52,7 @@ async function json<T>(path: string, init?: RequestInit): Promise<T> {
 
 const id = encodeURIComponent;
 
-/** The services's own links start with a slash; the page keeps to its own folder. */
+/** The service's own links start with a slash; the page keeps to its own folder. */
 const local = (url: string): string => url.replace(/^\//, "");
 
 export const listAssessments = () => json<Items<AssessmentSummary>>("v1/assessments");

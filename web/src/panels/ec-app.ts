@@ -7,7 +7,7 @@ import { sharedStyles } from "../common/shared-styles";
 import "../components/ec-problem";
 import "../components/ec-request-dialog";
 import type { EcRequestDialog } from "../components/ec-request-dialog";
-import { listAssessments } from "../data/api";
+import { listAssessments, setKey } from "../data/api";
 import { asProblem } from "../data/problems";
 import type { Assessment, AssessmentSummary, Problem } from "../data/types";
 import "./ec-assessment-page";
@@ -168,6 +168,7 @@ export class EcApp extends LitElement {
   }
 
   #view() {
+    if (this.problem?.status === 401) return this.#keyForm();
     if (this.route.page === "recording") return html`<ec-score-page></ec-score-page>`;
     const assessment = this.#assessmentId();
     if (assessment !== null) {
@@ -192,6 +193,24 @@ export class EcApp extends LitElement {
     </div>`;
   }
 
+  #keyForm() {
+    return html`<form
+      class="welcome"
+      @submit=${(event: Event) => {
+        event.preventDefault();
+        const key = new FormData(event.target as HTMLFormElement).get("key");
+        if (typeof key !== "string" || key.trim() === "") return;
+        setKey(key.trim());
+        void this.#refresh();
+      }}
+    >
+      <h1>This service asks for a key</h1>
+      <p class="soft">Whoever runs it can give you one. It is kept in this tab only.</p>
+      <input type="password" name="key" aria-label="Key" autocomplete="off" required />
+      <p><button class="primary">Continue</button></p>
+    </form>`;
+  }
+
   #assessmentId(): string | null {
     if (this.route.page !== "assessment") return null;
     return this.route.assessment ?? this.assessments?.[0]?.id ?? null;
@@ -213,6 +232,7 @@ export class EcApp extends LitElement {
   async #refresh(): Promise<void> {
     try {
       this.assessments = (await listAssessments()).items;
+      this.problem = null;
     } catch (cause) {
       this.problem = asProblem(cause);
     }
