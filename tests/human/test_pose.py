@@ -52,12 +52,12 @@ def test_masses_are_the_subjects_and_lengths_the_recordings(tmp_path: Path) -> N
 
 def test_a_joint_beyond_its_limit_is_held_there_and_the_rest_is_untouched(tmp_path: Path) -> None:
     def overbent(model, q: np.ndarray) -> None:
-        q[:, 7 + model.dof_names.index("jLeftElbow_rotx")] = np.deg2rad(45.0)  # limit 20
+        q[:, 7 + model.dof_names.index("jLeftWrist_roty")] = np.deg2rad(60.0)  # limit 20
 
     recording, q = recorded(tmp_path, overbent)
     fitted = fit_recording(recording, PERSON)
     model, d = fitted.model, fitted.diagnostics
-    k = model.joint_names.index("jLeftElbow")
+    k = model.joint_names.index("jLeftWrist")
     assert np.all(d.limited[:, k])
     assert np.all(fitted.motion.flags["limit_active"])
     angles = fitted.motion.joint_angles
