@@ -3,7 +3,7 @@
 Run ``python -m benchmarks.kinematics``.
 
 Each peer is timed in turn with ours, several rounds, processor time, one thread; the ratio of the
-medians is what counts, since the machine may be shared. Agreement is checked on the same random postures.
+medians is what counts, since the machine may be shared. Agreement is checked on the same postures.
 """
 
 import argparse
@@ -58,8 +58,8 @@ def main() -> int:
         good = case.difference <= ATOL and ratio >= case.least_ratio
         failed += not good
         print(
-            f"{case.name:38} {case.postures:8d} {ours * scale:8.2f} {peer * scale:8.2f} {ratio:6.2f} "
-            f"{case.difference:11.1e}  {'pass' if good else 'FAIL'} "
+            f"{case.name:38} {case.postures:8d} {ours * scale:8.2f} {peer * scale:8.2f} "
+            f"{ratio:6.2f} {case.difference:11.1e}  {'pass' if good else 'FAIL'} "
             f"(against {case.peer_name}; at least {case.least_ratio:g} times as fast, {ATOL:g})"
         )
     return 1 if failed else 0
