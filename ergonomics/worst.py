@@ -47,12 +47,13 @@ Inputs = TypeVar("Inputs", RulaInputs, RebaInputs)
 _ONE_SIDED = frozenset({"upper_arm", "lower_arm", "wrist", "wrist_twist"})
 _PART_WORDS: Mapping[str, str] = {
     "wrist_twist": "forearm twist",
-    "muscle_a": "arm, held or repeated",
-    "muscle_b": "body, held or repeated",
-    "force_a": "load on the arm",
-    "force_b": "load on the body",
+    "muscle_use": "muscle use",
     "coupling": "grip",
-    "activity": "activity",
+}
+#: RULA's points that come from one thing and enter twice, for the arm and for the body.
+_TWICE: Mapping[str, tuple[str, str]] = {
+    "muscle_use": ("muscle_a", "muscle_b"),
+    "load": ("force_a", "force_b"),
 }
 
 
@@ -147,6 +148,8 @@ def worst_moments(
 def rula_blame(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[str, Floats]:
     """Returns how much each part is to blame for RULA, ``(...)`` by part.
 
+    Load and muscle use, which count for the arm and for the body, are one part each.
+
     Args:
         inputs: The batch.
         rules: The conventions to apply.
@@ -155,10 +158,12 @@ def rula_blame(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[
         Points of the final score, with a hundredth of the points before the last table added.
     """
     base = score_rula(inputs, rules)
-    parts = (*RULA_PARTS, *RULA_ADDED)
-    least, _ = rula_ranges(frozenset(parts))
+    least, _ = rula_ranges(frozenset((*RULA_PARTS, *RULA_ADDED)))
+    together: dict[str, tuple[str, ...]] = {part: (part,) for part in RULA_PARTS}
+    together |= _TWICE
     return {
-        part: _drop(base, score_rula_with(inputs, {part: least[part]}, rules)) for part in parts
+        name: _drop(base, score_rula_with(inputs, {part: least[part] for part in parts}, rules))
+        for name, parts in together.items()
     }
 
 
@@ -212,7 +217,7 @@ def _moment(
     if blame[part].mean() > 0.0:
         words = _PART_WORDS.get(part, part.replace("_", " "))
         body_part = f"{side} {words}" if part in _ONE_SIDED else words
-        why = f"{body_part} {result.reasons[part]}"
+        why = f"{body_part} {result.reasons[part if part in result.reasons else _TWICE[part][0]]}"
     else:
         part, body_part, why = "", "none", "no part stands out"
     return WorstMoment(
