@@ -26,6 +26,8 @@ from human.kinematics import SegmentPoses, forward_kinematics, frame_poses
 from human.model import Frame, HumanModel, Subject
 from human.motion import Motion, Provenance
 from human.names import DOF_NAMES, JOINTS, SEGMENTS
+from human.pose import FittedRecording, PoseDiagnostics, RecordingRefusedError, fit_recording
+from human.recording import Recording
 from human.urdf_reader import from_urdf
 from human.urdf_writer import to_urdf
 
@@ -36,6 +38,7 @@ __all__ = [
     "Chain",
     "ConfigurationError",
     "Derivatives",
+    "FittedRecording",
     "Frame",
     "HumanError",
     "HumanModel",
@@ -44,8 +47,11 @@ __all__ = [
     "ModelError",
     "Motion",
     "MotionError",
+    "PoseDiagnostics",
     "Provenance",
+    "Recording",
     "RecordingError",
+    "RecordingRefusedError",
     "RotationError",
     "SegmentPoses",
     "Subject",
@@ -53,6 +59,7 @@ __all__ = [
     "UnknownNameError",
     "UrdfError",
     "Wrench",
+    "fit_recording",
     "forward_kinematics",
     "frame_poses",
     "from_urdf",
