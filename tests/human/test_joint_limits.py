@@ -4,6 +4,7 @@ import pytest
 from human.joint_limits import joint_limits, joint_limits_table
 from human.kinematics import forward_kinematics
 from human.names import DOF_NAMES, JOINTS, mirrored
+from human.rotations import matrix_to_xyz, rotation_vector_to_matrix
 
 
 def at(model, **degrees):
@@ -85,6 +86,34 @@ def test_daily_postures_are_inside_and_mean_what_they_say(
     if direction is not None:
         got = forward_kinematics(model, q).of(segment)[0] @ axis
         np.testing.assert_allclose(got, direction, atol=1e-12)
+
+
+def either_branch_inside(model, joint, rotation):
+    """Whether one of the two x-y-z readings of a joint's rotation is within its limits."""
+    first = matrix_to_xyz(rotation)
+    a, b, c = first
+    turned = np.array([a + np.pi, np.pi - b, c + np.pi])
+    dofs = model.joint_dofs(model.joint_names.index(joint))
+    lower, upper = model.lower[dofs], model.upper[dofs]
+    readings = (first, (turned + np.pi) % (2 * np.pi) - np.pi)
+    return any(np.all((reading >= lower) & (reading <= upper)) for reading in readings)
+
+
+@pytest.mark.parametrize("flexion", [5, 45, 90, 120, 150])
+@pytest.mark.parametrize("pronation", [-80, -40, 0, 40, 75])
+def test_palm_may_turn_at_any_bend_of_the_elbow(model, flexion, pronation):
+    # Clinically the forearm bends about z and then turns about its own y; the model turns x, y, z.
+    bend, turn = np.deg2rad([[0, 0, flexion], [0, pronation, 0]])
+    rotation = rotation_vector_to_matrix(bend) @ rotation_vector_to_matrix(turn)
+    assert either_branch_inside(model, "jRightElbow", rotation)
+
+
+@pytest.mark.parametrize("flexion", [0, 45, 70, 80, 90, 100, 115])
+@pytest.mark.parametrize("abduction", [0, 10, 20])
+def test_squats_are_inside(model, flexion, abduction):
+    bend, spread = np.deg2rad([[0, -flexion, 0], [-abduction, 0, 0]])
+    rotation = rotation_vector_to_matrix(bend) @ rotation_vector_to_matrix(spread)
+    assert either_branch_inside(model, "jRightHip", rotation)
 
 
 @pytest.mark.parametrize(
