@@ -69,6 +69,12 @@ def banded(part: Part, angle_deg: float, rules: ScoringRules, what: str) -> Tall
     return Tally(score, [f"{score}: {what} {number}° ({band})"])
 
 
+def not_measured(ends: tuple[int, int]) -> Tally:
+    """Returns the tally of a part that nobody measured: its greatest score, and that it is so."""
+    low, high = ends
+    return Tally(high, [f"{high}: not measured, could be {low} to {high}; the most is taken"])
+
+
 def flag_words(key: str, measured: Mapping[str, str]) -> str:
     """Returns the words of a flag, with its measurement where there is one."""
     return measured.get(key, FLAG_WORDS[key])

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .method_data import method_data
-from .reasons import Tally, banded, flag_words
+from .reasons import Tally, banded, flag_words, not_measured
 from .rules import Profile, ScoringRules, Ties
 from .worksheet_schema import CheckedSheet, checked_worksheet
 
@@ -97,6 +97,7 @@ def reba_from_checked(
     sheet: CheckedSheet,
     rules: ScoringRules,
     measured: Mapping[str, str] = MappingProxyType({}),
+    unmeasured: Mapping[str, tuple[int, int]] = MappingProxyType({}),
 ) -> RebaResult:
     """Scores a checked worksheet.
 
@@ -104,6 +105,8 @@ def reba_from_checked(
         sheet: A worksheet with every field present.
         rules: The conventions to apply.
         measured: Words for flags that come from a measurement, by ``part.flag``.
+        unmeasured: Least and greatest score of parts whose fields mean nothing; the greatest
+            counts, and the reason says so.
     """
     data = method_data("reba")
     tallies = {
@@ -121,6 +124,7 @@ def reba_from_checked(
     points = int(data.other["coupling"][coupling])
     tallies["coupling"] = Tally(points, [f"{points}: {coupling} grip"])
     tallies["activity"] = _activity(sheet["activity"])
+    tallies |= {name: not_measured(ends) for name, ends in unmeasured.items()}
     score = {part: tally.score for part, tally in tallies.items()}
     reasons = {part: tally.text() for part, tally in tallies.items()}
     for table, axes, extra in (

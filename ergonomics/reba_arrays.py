@@ -218,6 +218,9 @@ def score_reba_interval(inputs: RebaInputs, rules: ScoringRules = DEFAULT_RULES)
         rules: The conventions to apply.
     """
     low, high = reba_ranges(inputs.unmeasured)
+    if not inputs.unmeasured:
+        scores = _score(inputs, rules, {})
+        return RebaInterval(scores, scores, inputs.unmeasured)
     return RebaInterval(_score(inputs, rules, low), _score(inputs, rules, high), inputs.unmeasured)
 
 
@@ -262,13 +265,14 @@ def explain_reba(
         index: Index of the posture in ``inputs.shape``.
         rules: The conventions to apply.
 
-    Raises:
-        UnmeasuredError: If a part is unmeasured.
+    Returns:
+        The scores and their reasons; a part that is not measured counts at its greatest, as in
+        the upper end of ``score_reba_interval``, and its reason says so.
     """
-    if inputs.unmeasured:
-        raise UnmeasuredError(inputs.unmeasured)
     words = evidence_words(inputs.evidence, inputs.notes, index)
-    return reba_from_checked(inputs.sheet(index), rules, words)
+    low, high = reba_ranges(inputs.unmeasured)
+    unmeasured = {part: (low[part], high[part]) for part in inputs.unmeasured}
+    return reba_from_checked(inputs.sheet(index), rules, words, unmeasured)
 
 
 def combine_reba(parts: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .method_data import method_data
-from .reasons import Tally, banded, flag_words
+from .reasons import Tally, banded, flag_words, not_measured
 from .rules import Profile, ScoringRules, Ties
 from .worksheet_schema import CheckedSheet, checked_worksheet
 
@@ -97,6 +97,7 @@ def rula_from_checked(
     sheet: CheckedSheet,
     rules: ScoringRules,
     measured: Mapping[str, str] = MappingProxyType({}),
+    unmeasured: Mapping[str, tuple[int, int]] = MappingProxyType({}),
 ) -> RulaResult:
     """Scores a checked worksheet.
 
@@ -104,6 +105,8 @@ def rula_from_checked(
         sheet: A worksheet with every field present.
         rules: The conventions to apply.
         measured: Words for flags that come from a measurement, by ``part.flag``.
+        unmeasured: Least and greatest score of parts whose fields mean nothing; the greatest
+            counts, and the reason says so.
     """
     data = method_data("rula")
     tallies = {
@@ -117,6 +120,8 @@ def rula_from_checked(
     }
     for part, tally in tallies.items():
         tally.hold(data.parts[part])
+    added = {name: ends for name, ends in unmeasured.items() if name not in tallies}
+    tallies |= {name: not_measured(ends) for name, ends in unmeasured.items() if name in tallies}
     score = {part: tally.score for part, tally in tallies.items()}
     reasons = {part: tally.text() for part, tally in tallies.items()}
     for side in "ab":
@@ -129,6 +134,9 @@ def rula_from_checked(
         force, why = force_points(sheet[f"force_{side}"], rules.profile)
         score[f"force_{side}"] = force
         reasons[f"force_{side}"] = measured.get(f"force_{side}", why)
+    for name, ends in added.items():
+        tally = not_measured(ends)
+        score[name], reasons[name] = tally.score, tally.text()
     for table, axes, name in (
         ("A", ("upper_arm", "lower_arm", "wrist", "wrist_twist"), "posture_a"),
         ("B", ("neck", "trunk", "legs"), "posture_b"),

@@ -216,6 +216,9 @@ def score_rula_interval(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES)
         rules: The conventions to apply.
     """
     low, high = rula_ranges(inputs.unmeasured)
+    if not inputs.unmeasured:
+        scores = _score(inputs, rules, {})
+        return RulaInterval(scores, scores, inputs.unmeasured)
     return RulaInterval(_score(inputs, rules, low), _score(inputs, rules, high), inputs.unmeasured)
 
 
@@ -260,13 +263,14 @@ def explain_rula(
         index: Index of the posture in ``inputs.shape``.
         rules: The conventions to apply.
 
-    Raises:
-        UnmeasuredError: If a part is unmeasured.
+    Returns:
+        The scores and their reasons; a part that is not measured counts at its greatest, as in
+        the upper end of ``score_rula_interval``, and its reason says so.
     """
-    if inputs.unmeasured:
-        raise UnmeasuredError(inputs.unmeasured)
     words = evidence_words(inputs.evidence, inputs.notes, index)
-    return rula_from_checked(inputs.sheet(index), rules, words)
+    low, high = rula_ranges(inputs.unmeasured)
+    unmeasured = {part: (low[part], high[part]) for part in inputs.unmeasured}
+    return rula_from_checked(inputs.sheet(index), rules, words, unmeasured)
 
 
 def combine_rula(parts: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -24,7 +24,7 @@ from .reba_arrays import (
     RebaScores,
     explain_reba,
     reba_ranges,
-    score_reba,
+    score_reba_interval,
     score_reba_with,
 )
 from .rula import RulaResult
@@ -35,7 +35,7 @@ from .rula_arrays import (
     RulaScores,
     explain_rula,
     rula_ranges,
-    score_rula,
+    score_rula_interval,
     score_rula_with,
 )
 from .rules import DEFAULT_RULES, ScoringRules
@@ -120,18 +120,20 @@ def worst_moments(
         apart_s: Least time between two of them, seconds.
         rules: The conventions to apply.
 
+    Parts that are not measured count at their greatest, and are never to blame.
+
     Raises:
         PostureError: If shapes or times do not fit.
-        UnmeasuredError: If a part is unmeasured.
     """
     shape = inputs.shape
     frames = len(time_weights(time_s))
     if len(shape) not in (1, 2) or shape[-1] != frames:
         raise PostureError("inputs", f"expected (frames,) or (samples, {frames}), got {shape}")
     scores: RulaScores | RebaScores
-    scores = (
-        score_rula(inputs, rules) if isinstance(inputs, RulaInputs) else score_reba(inputs, rules)
-    )
+    if isinstance(inputs, RulaInputs):
+        scores = score_rula_interval(inputs, rules).high
+    else:
+        scores = score_reba_interval(inputs, rules).high
     final = np.atleast_2d(scores.final).mean(axis=0)
     before = np.atleast_2d(_before_last_table(scores)).mean(axis=0)
     order = np.lexsort((np.arange(frames), -before, -final))
@@ -155,15 +157,20 @@ def rula_blame(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[
         rules: The conventions to apply.
 
     Returns:
-        Points of the final score, with a hundredth of the points before the last table added.
+        Points of the final score, with a hundredth of the points before the last table added;
+        measured parts only.
     """
-    base = score_rula(inputs, rules)
+    base = score_rula_interval(inputs, rules).high
     least, _ = rula_ranges(frozenset((*RULA_PARTS, *RULA_ADDED)))
+    _, unknown = rula_ranges(inputs.unmeasured)
     together: dict[str, tuple[str, ...]] = {part: (part,) for part in RULA_PARTS}
     together |= _TWICE
     return {
-        name: _drop(base, score_rula_with(inputs, {part: least[part] for part in parts}, rules))
+        name: _drop(
+            base, score_rula_with(inputs, unknown | {part: least[part] for part in parts}, rules)
+        )
         for name, parts in together.items()
+        if inputs.unmeasured.isdisjoint(parts)
     }
 
 
@@ -175,13 +182,16 @@ def reba_blame(inputs: RebaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[
         rules: The conventions to apply.
 
     Returns:
-        Points of the final score, with a hundredth of the points before the last table added.
+        Points of the final score, with a hundredth of the points before the last table added;
+        measured parts only.
     """
-    base = score_reba(inputs, rules)
-    parts = (*REBA_PARTS, *REBA_ADDED)
+    base = score_reba_interval(inputs, rules).high
+    parts = [part for part in (*REBA_PARTS, *REBA_ADDED) if part not in inputs.unmeasured]
     least, _ = reba_ranges(frozenset(parts))
+    _, unknown = reba_ranges(inputs.unmeasured)
     return {
-        part: _drop(base, score_reba_with(inputs, {part: least[part]}, rules)) for part in parts
+        part: _drop(base, score_reba_with(inputs, unknown | {part: least[part]}, rules))
+        for part in parts
     }
 
 
@@ -203,13 +213,13 @@ def _moment(
     if isinstance(inputs, RulaInputs):
         method = "RULA"
         now = frame_inputs(inputs, frame)
-        finals, blame = score_rula(now, rules).final, rula_blame(now, rules)
+        finals, blame = score_rula_interval(now, rules).high.final, rula_blame(now, rules)
         sample = _described(finals, blame)
         result = explain_rula(now, (sample,), rules)
     else:
         method = "REBA"
         one = frame_inputs(inputs, frame)
-        finals, blame = score_reba(one, rules).final, reba_blame(one, rules)
+        finals, blame = score_reba_interval(one, rules).high.final, reba_blame(one, rules)
         sample = _described(finals, blame)
         result = explain_reba(one, (sample,), rules)
     part = _most_to_blame(blame)

@@ -1,5 +1,4 @@
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +7,6 @@ from ergonomics import (
     PostureError,
     RebaInputs,
     RulaInputs,
-    UnmeasuredError,
     explain_rula,
     frame_inputs,
     posture_angles,
@@ -16,6 +14,7 @@ from ergonomics import (
     rula_blame,
     rula_inputs,
     score_rula,
+    score_rula_interval,
     worst_moments,
 )
 
@@ -110,5 +109,21 @@ def test_one_frame_of_a_batch_keeps_scores_and_words():
 def test_what_does_not_fit_is_refused():
     with pytest.raises(PostureError, match="samples, 5"):
         worst_moments(_rested(), _TIME[:5], side="right")
-    with pytest.raises(UnmeasuredError):
-        worst_moments(replace(_rested(), unmeasured=frozenset({"neck"})), _TIME, side="right")
+
+
+def test_unmeasured_parts_count_in_full_and_take_no_blame():
+    trunk = np.array([0, 0, 0, 30.0, 0, 0])
+    hidden = frozenset({"neck", "force_a"})
+    for inputs in (
+        _rested(trunk_deg=trunk, unmeasured=hidden),
+        RebaInputs(0.0, trunk, 0.0, 0.0, 80.0, 0.0, unmeasured=frozenset({"neck", "load"})),
+    ):
+        (worst,) = worst_moments(inputs, _TIME, side="right")
+        assert (worst.index, worst.body_part) == (3, "trunk")
+        assert "not measured, could be 1 to" in worst.reasons["neck"]
+    inputs = _rested(trunk_deg=trunk, unmeasured=hidden)
+    bounds = score_rula_interval(inputs)
+    for frame in range(6):
+        one = explain_rula(inputs, (frame,))
+        assert one.final == bounds.high.final[frame]
+        assert (one.neck, one.force_a) == (6, 3)
