@@ -34,7 +34,7 @@ def generate_model(subject: Subject) -> HumanModel:
         ``LeftHandCOM``.
 
     Source: Latella et al. 2019, section 2.3 (method); `human.anthropometry`, `human.joint_limits`
-        (numbers).
+    (numbers).
     """
     plan = body_plan(subject)
     return _assemble(subject, plan, _offsets(plan), "generated")

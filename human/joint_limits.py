@@ -29,8 +29,7 @@ def joint_limits(dof_names: tuple[str, ...]) -> tuple[Array, Array]:
     The left side is the right side mirrored: turning about x and z changes sign, about y does not.
 
     Source: Boone and Azen 1979, AAOS 1965, White and Panjabi 1990, Inman et al. 1944; line by line
-        in
-    the data file.
+    in the data file.
     """
     joints = joint_limits_table()["joints"]
     ranges = np.empty((len(dof_names), 2))
