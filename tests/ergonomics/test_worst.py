@@ -113,17 +113,17 @@ def test_what_does_not_fit_is_refused():
 
 def test_unmeasured_parts_count_in_full_and_take_no_blame():
     trunk = np.array([0, 0, 0, 30.0, 0, 0])
-    hidden = frozenset({"neck", "force_a"})
+    hidden = frozenset({"wrist", "force_a"})
     for inputs in (
         _rested(trunk_deg=trunk, unmeasured=hidden),
-        RebaInputs(0.0, trunk, 0.0, 0.0, 80.0, 0.0, unmeasured=frozenset({"neck", "load"})),
+        RebaInputs(0.0, trunk, 0.0, 0.0, 80.0, 0.0, unmeasured=frozenset({"wrist", "coupling"})),
     ):
         (worst,) = worst_moments(inputs, _TIME, side="right")
         assert (worst.index, worst.body_part) == (3, "trunk")
-        assert "not measured, could be 1 to" in worst.reasons["neck"]
+        assert "not measured, could be 1 to" in worst.reasons["wrist"]
     inputs = _rested(trunk_deg=trunk, unmeasured=hidden)
     bounds = score_rula_interval(inputs)
     for frame in range(6):
         one = explain_rula(inputs, (frame,))
         assert one.final == bounds.high.final[frame]
-        assert (one.neck, one.force_a) == (6, 3)
+        assert (one.wrist, one.force_a) == (4, 3)
