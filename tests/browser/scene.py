@@ -129,6 +129,16 @@ def _band(middle: np.ndarray, share: float = 0.12) -> dict[str, Any]:
     }
 
 
+def _moment(score: float, time_s: float, part: str, angle: float) -> dict[str, Any]:
+    return {
+        "time_s": time_s,
+        "side": "right",
+        "body_part": part,
+        "reason": f"RULA {score:.0f} (look into it): {part} bent {math.degrees(angle):.0f} deg",
+        "score": score,
+    }
+
+
 def _candidate(row: tuple[Any, ...]) -> dict[str, Any]:
     name, lean, lift, low_back, mean_rula, rank, p_best = row
     if rank is None:
@@ -157,11 +167,11 @@ def _candidate(row: tuple[Any, ...]) -> dict[str, Any]:
     reba = _course(2.0 + 1.3 * mean_rula * (0.4 + 0.6 * bell), 15, 1.0)
     effort = efforts(low_back)
     parts = [
-        ("rula_expected", mean_rula, "1", 0.5 / 7.0, "mean"),
-        ("low_back_effort", low_back * 0.6, "N*m", 0.3 / 150.0, "mean"),
-        ("back_angle", math.degrees(lean) * 0.5, "deg", 0.2 / 90.0, "mean"),
+        ("rula_mean", mean_rula, "score", 0.6 / 6.0, 1.0, "mean"),
+        ("back_angle_mean", math.degrees(lean) * 0.5, "deg", 0.1 / 60.0, 0.0, "mean"),
+        ("effort_mean", low_back / 200.0, "share of reference", 0.3, 0.0, "mean"),
     ]
-    total = sum(value * weight for _, value, _, weight, _ in parts)
+    total = sum(weight * (value - zero) for _, value, _, weight, zero, _ in parts)
     return {
         "id": name,
         "rank": rank,
@@ -175,10 +185,11 @@ def _candidate(row: tuple[Any, ...]) -> dict[str, Any]:
                     "value": value,
                     "unit": unit,
                     "weight": weight,
+                    "contribution": weight * (value - zero),
                     "aggregation": how,
                     "direction": "lower is better",
                 }
-                for part, value, unit, weight, how in parts
+                for part, value, unit, weight, zero, how in parts
             ],
         },
         "rula": rula,
@@ -186,31 +197,13 @@ def _candidate(row: tuple[Any, ...]) -> dict[str, Any]:
         "back_angle_deg": {"time_s": rula["time_s"], **_band(math.degrees(lean) * bell + 3.0)},
         "effort_nm": {joint: _band(values) for joint, values in effort.items()},
         "worst": {
-            "time_s": 1.0,
-            "body_part": "jRightShoulder",
-            "reason": f"upper arm raised {math.degrees(lift):.0f}°",
-            "rula": float(round(mean_rula + 0.8)),
-            "effort_nm": float(effort["jRightShoulder"].max()),
+            **_moment(mean_rula + 0.8, 1.0, "right upper arm", lift),
+            "rula": mean_rula + 0.8,
         },
         "moments": [
-            {
-                "time_s": 1.0,
-                "body_part": "jRightShoulder",
-                "reason": f"upper arm raised {math.degrees(lift):.0f}°",
-                "score": round(mean_rula + 0.8),
-            },
-            {
-                "time_s": 0.75,
-                "body_part": "jL5S1",
-                "reason": f"trunk bent {math.degrees(lean * 0.7):.0f}° forward under the load",
-                "score": round(mean_rula + 0.3),
-            },
-            {
-                "time_s": 1.6,
-                "body_part": "jRightWrist",
-                "reason": "wrist bent 21° from straight",
-                "score": round(mean_rula),
-            },
+            _moment(mean_rula + 0.8, 1.0, "right upper arm", lift),
+            _moment(mean_rula + 0.3, 0.75, "trunk", 0.7 * lean),
+            _moment(mean_rula, 1.6, "right wrist", 0.37),
         ],
         "assumed": [
             {

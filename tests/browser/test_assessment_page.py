@@ -68,7 +68,7 @@ def test_cost_parts_are_as_long_as_what_they_add(page: Page) -> None:
     longest = max(sum(w) for w in widths.values())
     dearest = max(cost["total"] for cost in made.values())
     for name, parts_px in widths.items():
-        shares = [p["value"] * p["weight"] / dearest for p in made[name]["parts"]]
+        shares = [p["contribution"] / dearest for p in made[name]["parts"]]
         assert np.allclose(np.array(parts_px) / longest, shares, atol=0.02), name
 
 
@@ -146,6 +146,8 @@ def test_joint_colours_follow_effort_and_reach_the_screen(page: Page) -> None:
 def test_a_worst_moment_is_one_click_away(page: Page) -> None:
     moments = page.get_by_role("region", name="Worst moments").get_by_role("button")
     expect(moments).to_have_count(3)
+    assert time_shown(page) == 1.0, "the first look falls on the worst"
+    expect(moments.nth(1)).to_have_text(re.compile(r"3.5\s+0.75 s\s+Trunk bent 5 deg"))
     moments.nth(1).click()
     assert time_shown(page) == pytest.approx(0.75)
     expect(moments.nth(1)).to_have_attribute("aria-current", "true")
@@ -168,6 +170,7 @@ def test_a_click_in_a_plot_sets_the_time_and_the_playhead(page: Page) -> None:
 
 
 def test_the_keyboard_does_it_all(page: Page) -> None:
+    page.locator("body").press("Home")
     page.locator("body").press("ArrowRight")
     page.locator("body").press("ArrowRight")
     assert time_shown(page) == pytest.approx(0.1)

@@ -31,7 +31,7 @@ def test_a_dropped_recording_is_scored_and_played(score_page: Page) -> None:
     expect(score_page.get_by_role("heading", level=1)).to_contain_text("RULA is 5 or above for")
     expect(score_page.get_by_role("heading", level=1)).to_contain_text("worst 6 at 1.0 s")
     moments = score_page.get_by_role("region", name="Worst moments").get_by_role("button")
-    expect(moments.first).to_contain_text("right: trunk bent 57°; upper arm raised")
+    expect(moments.first).to_contain_text("Right trunk bent 57°; upper arm raised")
     moments.first.click()
     assert playback_time(score_page) == pytest.approx(1.0)
     bent = score_page.locator("ec-figure").evaluate("body => body.angleOf('jL5S1_roty')")

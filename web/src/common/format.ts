@@ -20,7 +20,14 @@ export function figure(value: number): string {
   return value.toPrecision(2);
 }
 
-const UNITS: Readonly<Record<string, string>> = { "1": "", "N*m": "N·m", Nm: "N·m", deg: "°" };
+const UNITS: Readonly<Record<string, string>> = {
+  "1": "",
+  score: "",
+  "share of reference": "of reference",
+  "N*m": "N·m",
+  Nm: "N·m",
+  deg: "°",
+};
 
 /** A unit as it is printed; a pure number has none. */
 export const unitWords = (unit: string): string => UNITS[unit] ?? unit;

@@ -49,7 +49,7 @@ function decidingPart(better: Candidate, worse: Candidate): string | null {
   for (const part of better.cost?.parts ?? []) {
     const other = worse.cost?.parts.find((candidate) => candidate.name === part.name);
     if (!other) continue;
-    const gain = other.weight * other.value - part.weight * part.value;
+    const gain = other.contribution - part.contribution;
     if (gain > widest) {
       widest = gain;
       const unit = unitWords(part.unit);

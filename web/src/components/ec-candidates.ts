@@ -329,12 +329,12 @@ export class EcCandidates extends LitElement {
 const tone = (index: number) => `tone-${(index % TONES) + 1}`;
 
 const share = (part: CostPart, largest: number) =>
-  largest > 0 ? Math.max(0, (100 * part.weight * part.value) / largest) : 0;
+  largest > 0 ? Math.max(0, (100 * part.contribution) / largest) : 0;
 
 function explain(part: CostPart): string {
   const unit = unitWords(part.unit);
   const how = part.aggregation ? ` (${part.aggregation})` : "";
-  return `${words(part.name)}: ${figure(part.value)} ${unit}${how}, weight ${figure(part.weight)}`;
+  return `${words(part.name)}: ${figure(part.value)} ${unit}${how}, adds ${figure(part.contribution)}`;
 }
 
 declare global {

@@ -1,8 +1,7 @@
 import { LitElement, css, html, nothing } from "lit";
 import { customElement, property } from "lit/decorators.js";
 
-import { figure } from "../common/format";
-import { jointWords } from "../common/names";
+import { momentWords } from "../common/moment-words";
 import type { Playback } from "../common/playback";
 import { PlaybackController } from "../common/playback-controller";
 import { sharedStyles } from "../common/shared-styles";
@@ -82,20 +81,15 @@ export class EcMoments extends LitElement {
   #item(moment: Moment) {
     const score = moment.score ?? moment.rula;
     const now = this.playback && Math.abs(this.playback.time - moment.time_s) < NEAR_S;
-    const reason = moment.reason ?? (moment.reasons ?? []).join("; ");
-    const place = [moment.side, moment.body_part ? jointWords(moment.body_part) : ""]
-      .filter(Boolean)
-      .join(", ");
+    const { part, matter } = momentWords(moment);
     return html`<li>
       <button aria-current=${now ? "true" : "false"} @click=${() => this.#go(moment)}>
         <span class="score number l${level(score)}" title="RULA score"
           >${score === undefined || score === null ? "–" : figureOfScore(score)}</span
         >
         <span class="number soft">${moment.time_s.toFixed(2)} s</span>
-        <span
-          >${place ? html`<b>${place}</b>` : nothing}${place && reason ? ": " : nothing}${reason}${
-            moment.effort_nm ? html` <span class="soft">${figure(moment.effort_nm)} N·m</span>` : ""
-          }</span
+        <span title=${moment.reason ?? nothing}
+          >${part ? html`<b>${part}</b> ` : nothing}${matter}</span
         >
       </button>
     </li>`;

@@ -40,6 +40,8 @@ export interface CostPart {
   value: number;
   unit: string;
   weight: number;
+  /** What it adds to the total. */
+  contribution: number;
   aggregation?: string;
   direction?: string;
 }
@@ -68,7 +70,8 @@ export interface Moment {
   reasons?: string[];
   score?: number;
   rula?: number;
-  effort_nm?: number;
+  effort_nm?: number | null;
+  effort_joint?: string | null;
 }
 
 export interface Assumption {

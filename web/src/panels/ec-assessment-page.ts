@@ -2,6 +2,7 @@ import { LitElement, type PropertyValues, css, html, nothing } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 
 import { Playback } from "../common/playback";
+import { jointOfMoment } from "../common/moment-words";
 import { handleKey } from "../common/page-keys";
 import { sharedStyles } from "../common/shared-styles";
 import { peakEffort, ranked, verdictOf } from "../common/verdict";
@@ -220,6 +221,8 @@ export class EcAssessmentPage extends LitElement {
       if (assessment.id !== this.assessmentId && this.assessment !== null) return;
       this.assessment = assessment;
       void this.#show();
+      // The first look falls on what matters most.
+      this.playback.seek(this.candidate?.worst?.time_s ?? 0);
       [this.model, this.urdf] = await Promise.all([
         getModel(assessment.model_id),
         getText(modelUrdfUrl(assessment.model_id)),
@@ -266,8 +269,8 @@ export class EcAssessmentPage extends LitElement {
   }
 
   #onMoment(event: CustomEvent<Moment>): void {
-    const part = event.detail.body_part;
-    if (part && this.candidate?.effort_nm && part in this.candidate.effort_nm) this.joint = part;
+    const joint = jointOfMoment(event.detail);
+    if (joint !== null && joint in (this.candidate?.effort_nm ?? {})) this.joint = joint;
   }
 
   #onKey = (event: KeyboardEvent): void => {

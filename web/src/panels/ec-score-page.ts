@@ -315,6 +315,7 @@ export class EcScorePage extends LitElement {
       this.urdf = await getText(result.model_urdf_url);
       this.result = result;
       this.playback.load(result.time_s[0] ?? 0, result.time_s[result.time_s.length - 1] ?? 0);
+      this.playback.seek(result.summary.rula.time_of_max_s);
     } catch (cause) {
       this.problem = asProblem(cause);
     } finally {

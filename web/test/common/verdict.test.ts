@@ -13,8 +13,14 @@ function candidate(id: string, rank: number | null, more: Partial<Candidate> = {
     cost: {
       total: 0.5 * (rank ?? 1),
       parts: [
-        { name: "rula", value: 3 + (rank ?? 0), unit: "1", weight: 0.1 },
-        { name: "back", value: 10, unit: "deg", weight: 0.01 },
+        {
+          name: "rula",
+          value: 3 + (rank ?? 0),
+          unit: "score",
+          weight: 0.1,
+          contribution: 0.1 * (rank ?? 0),
+        },
+        { name: "back", value: 10, unit: "deg", weight: 0.01, contribution: 0.1 },
       ],
     },
     rula: {
