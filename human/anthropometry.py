@@ -51,8 +51,8 @@ def body_plan(subject: Subject) -> BodyPlan:
     mean of the two sexes'.
 
     Source: de Leva 1996 table 4 (masses, centres of mass, arm lengths, height of C7); Winter 2009
-    figure 4.1, after Drillis and Contini 1966 (legs, shoulder height, foot); Dumas and Wojtusch 2018
-    (hip and lumbar joint centres); Gray 1918 (proportions of the column).
+    figure 4.1, after Drillis and Contini 1966 (legs, shoulder height, foot); Dumas and Wojtusch
+    2018 (hip and lumbar joint centres); Gray 1918 (proportions of the column).
     """
     sexes = ("female", "male") if subject.sex == "unknown" else (subject.sex,)
     plans = [_plan_of_sex(subject, sex) for sex in sexes]

@@ -1,8 +1,8 @@
 """Names of the 23 segments, 22 spherical joints and 66 degrees of freedom of the human model.
 
-Spelling and order are those of the IIT human models (``human-gazebo``), so that a joint torque computed
-here can be compared with theirs name by name. Segments are listed depth first: a parent always stands
-before its children.
+Spelling and order are those of the IIT human models (``human-gazebo``), so that a joint torque
+computed here can be compared with theirs name by name. Segments are listed depth first: a parent
+always stands before its children.
 
 Source: Latella et al. 2019, section 2.3 (67 links, 66 degrees of freedom); Xsens MVN segment set.
 """
@@ -10,7 +10,8 @@ Source: Latella et al. 2019, section 2.3 (67 links, 66 degrees of freedom); Xsen
 from collections.abc import Mapping
 from types import MappingProxyType
 
-#: (segment, its proximal joint, its parent segment); the pelvis hangs from the world by the floating base.
+#: (segment, its proximal joint, its parent segment); the pelvis hangs from the world by the
+#: floating base.
 _TREE: tuple[tuple[str, str, str], ...] = (
     ("L5", "jL5S1", "Pelvis"),
     ("L3", "jL4L3", "L5"),

@@ -111,8 +111,8 @@ def quaternion_to_matrix(quat_xyzw: ArrayLike) -> Array:
 def matrix_to_quaternion(rotation: ArrayLike) -> Array:
     """Returns unit quaternions ``(..., 4)`` xyzw, w >= 0, of rotation matrices ``(..., 3, 3)``.
 
-    Source: Shepperd 1978 (the largest of the four squared components is the divisor, so that nothing
-    cancels at half turns).
+    Source: Shepperd 1978 (the largest of the four squared components is the divisor, so that
+    nothing cancels at half turns).
     """
     r = _finite(rotation, (3, 3), "rotation matrix")
     diagonal = np.diagonal(r, axis1=-2, axis2=-1)
