@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from prediction.compression import Posterior, compressed_posterior
 from prediction.demonstrations import Demonstrations
 from prediction.errors import UnsupportedMethodError
+from prediction.held_out_likelihood import HeldOutEngine
 from prediction.kernels import KERNELS, InputScaling, KernelKind
 from prediction.marginal_likelihood import FastEngine, LikelihoodEngine
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
@@ -26,6 +27,11 @@ from prediction.weight_search import (
 Array = NDArray[np.float64]
 EngineName = Literal["fast", "gpytorch"]
 ENGINES: tuple[EngineName, ...] = ("fast", "gpytorch")
+#: ``marginal`` likelihood, or the density of parts ``held-out`` in turn, for autocorrelated motion.
+Criterion = Literal["marginal", "held-out"]
+CRITERIA: tuple[Criterion, ...] = ("marginal", "held-out")
+#: Contiguous parts of the held-out criterion.
+HELD_OUT_PARTS = 8
 
 #: Most samples the exact likelihood is taken on; neighbours in time beyond that are left out.
 MAX_SAMPLES = 900
@@ -86,6 +92,7 @@ class MiNsGp(Predictor):
         kernel: KernelKind = "separate",
         optimizer: Optimizer = "bipop",
         engine: EngineName = "fast",
+        criterion: Criterion = "marginal",
         max_evaluations: int = 3000,
         max_samples: int = MAX_SAMPLES,
     ) -> Self:
@@ -100,6 +107,8 @@ class MiNsGp(Predictor):
             optimizer: ``bipop`` (the paper's), or ``gradient``: the same optimum in fewer
                 evaluations.
             engine: ``fast``, or ``gpytorch`` as the slow reference.
+            criterion: ``marginal`` likelihood as in the paper, or ``held-out``: the density of
+                contiguous parts given the rest, for motion whose samples repeat their neighbours.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.
 
@@ -115,6 +124,7 @@ class MiNsGp(Predictor):
             ("kernel", kernel, KERNELS),
             ("optimizer", optimizer, OPTIMIZERS),
             ("engine", engine, ENGINES),
+            ("criterion", criterion, CRITERIA),
         ):
             if asked not in known:
                 raise UnsupportedMethodError(kind, asked, known)
@@ -123,7 +133,7 @@ class MiNsGp(Predictor):
         kept = demonstrations.thinned(max_samples)
         basis = NullSpaceBasis.around(kept.jacobian)
         scaling = InputScaling.of(kernel, kept.q, kept.xdot, kept.linear_rows)
-        likelihood = _engine(engine, scaling, kept.q, kept.xdot)
+        likelihood = _engine(engine, criterion, scaling, kept)
         targets = NullSpaceTargets(kept, basis)
         search = WeightSearch(np.zeros(kept.q.shape[1]), -np.inf, 0)
         theta = np.array([0.0] * scaling.scales + [np.log(0.1)])
@@ -298,9 +308,15 @@ class MiNsGp(Predictor):
         return self.scaling.inputs(q, xdot, self.theta[:-1])
 
 
-def _engine(name: EngineName, scaling: InputScaling, q: Array, xdot: Array) -> LikelihoodEngine:
+def _engine(
+    name: EngineName, criterion: Criterion, scaling: InputScaling, kept: Demonstrations
+) -> LikelihoodEngine:
+    if criterion == "held-out":
+        if name != "fast":
+            raise UnsupportedMethodError(f"criterion of engine {name}", criterion, ("marginal",))
+        return HeldOutEngine(scaling, kept.q, kept.xdot, kept.blocks(HELD_OUT_PARTS))
     if name == "fast":
-        return FastEngine(scaling, q, xdot)
+        return FastEngine(scaling, kept.q, kept.xdot)
     from prediction.gpytorch_engine import GpytorchEngine  # torch only when it is asked for
 
-    return GpytorchEngine(scaling, q, xdot)
+    return GpytorchEngine(scaling, kept.q, kept.xdot)

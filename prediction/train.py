@@ -22,7 +22,7 @@ from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kernels import KernelKind
 from prediction.methods import BASELINES, METHODS, method_class
-from prediction.mi_nsgp import EngineName, MiNsGp
+from prediction.mi_nsgp import Criterion, EngineName, MiNsGp
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
 from prediction.weight_search import Optimizer
@@ -40,6 +40,8 @@ class TrainingOptions:
         kernel: See `MiNsGp.fit`.
         optimizer: See `MiNsGp.fit`.
         engine: See `MiNsGp.fit`.
+        criterion: See `MiNsGp.fit`; by default ``held-out``, because human motion repeats itself from
+            sample to sample, and ``marginal`` with gpytorch, which has no other.
         max_evaluations: Budget of the weight search, per task.
         blocks: Parts the demonstrations are cut into to measure bands.
     """
@@ -49,6 +51,7 @@ class TrainingOptions:
     kernel: KernelKind = "separate"
     optimizer: Optimizer = "bipop"
     engine: EngineName = "fast"
+    criterion: Criterion | None = None
     max_evaluations: int = 3000
     blocks: int = 4
 
@@ -58,6 +61,13 @@ class TrainingOptions:
         for task in self.tasks:
             if task not in TASKS:
                 raise UnsupportedMethodError("task", str(task), TASKS)
+
+    @property
+    def resolved_criterion(self) -> Criterion:
+        """The criterion in effect."""
+        if self.criterion is not None:
+            return self.criterion
+        return "marginal" if self.engine == "gpytorch" else "held-out"
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -129,6 +139,7 @@ def fit_predictor(
             kernel=options.kernel,
             optimizer=options.optimizer,
             engine=options.engine,
+            criterion=options.resolved_criterion,
             max_evaluations=options.max_evaluations,
         )
     return METHODS[name].fit(demonstrations, rng, progress=progress, should_stop=should_stop)
@@ -207,6 +218,7 @@ def train_operator(
                 "kernel": options.kernel,
                 "optimizer": options.optimizer,
                 "engine": options.engine,
+                "criterion": options.resolved_criterion,
                 "max_evaluations": options.max_evaluations,
                 "blocks": options.blocks,
             },

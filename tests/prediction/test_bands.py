@@ -1,0 +1,99 @@
+"""Familiarity and the coherent band."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from prediction import Demonstrations, Familiarity
+from prediction.familiarity import widening
+from prediction.posture_band import PostureBand, fit_band
+
+
+def wandering(rng, centre=0.0):
+    count = 400
+    q = centre + 0.3 * np.sin(np.linspace(0, 40, count))[:, None] * np.ones(4)
+    q = q + 0.05 * rng.normal(size=q.shape)
+    return Demonstrations(
+        tuple("abcd"),
+        q,
+        rng.normal(size=q.shape),
+        rng.normal(size=(count, 2, 4)),
+        np.zeros(count, dtype=int),
+        np.arange(count) * 0.05,
+        2,
+    )
+
+
+def test_familiarity_is_high_where_trained_and_zero_far_away(rng):
+    demonstrations = wandering(rng)
+    familiarity = Familiarity.of(demonstrations)
+    inside = familiarity.relative(demonstrations.q)
+    assert inside.mean() > 0.9 and (inside <= 1).all()
+    away = np.linspace(0, 3, 20)[:, None] * np.ones(4)
+    along = familiarity.relative(away)
+    assert along[-1] < 1e-3 and (np.diff(along) <= 1e-12).all()
+
+
+def test_familiarity_without_a_motion_knows_it_less(rng):
+    both = wandering(rng)
+    other = wandering(rng, centre=2.0)
+    familiarity = Familiarity.of(both)
+    assert familiarity.without(other).relative(both.q).mean() < 0.1
+
+
+def test_widening_is_one_where_familiar_and_grows_to_its_bound():
+    np.testing.assert_allclose(widening(np.array([1.0, 0.0])), [1.0, 3.5])
+    assert (np.diff(widening(np.linspace(0, 1, 9))) < 0).all()
+
+
+def simulated_errors(rng, length=1.5, samples=4000):
+    root = np.array([[0.2, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.05, 0.3]])
+    travelled = rng.uniform(0.05, 4.0, samples)
+    growth = np.sqrt(-np.expm1(-2 * travelled / length))
+    return root, travelled, growth[:, None] * (rng.normal(size=(samples, 3)) @ root.T)
+
+
+def test_band_is_recovered_from_errors_of_a_known_process(rng):
+    root, travelled, error = simulated_errors(rng)
+    band = fit_band(error, travelled, np.ones(len(error)), np.eye(3))
+    np.testing.assert_allclose(
+        np.sqrt((band.factor**2).sum(1)), np.sqrt((root**2).sum(1)), rtol=0.08
+    )
+    assert 0.9 < band.length < 2.5
+    inside = np.abs(error) <= 1.645 * band.deviation(travelled)
+    assert inside.mean() == pytest.approx(0.9, abs=0.01)
+
+
+def test_errors_where_the_band_was_widened_do_not_widen_it_further(rng):
+    _, travelled, error = simulated_errors(rng)
+    plain = fit_band(error, travelled, np.ones(len(error)), np.eye(3))
+    widened = fit_band(3.0 * error, travelled, np.full(len(error), 3.0), np.eye(3))
+    np.testing.assert_allclose(widened.factor, plain.factor, rtol=1e-6)
+
+
+def test_travelled_distance_is_time_at_demonstrated_speed(rng):
+    """A hand moved as the demonstrations move it travels about one second a second."""
+    root = rng.normal(size=(4, 4))
+    moment = root @ root.T
+    J = rng.normal(size=(2, 4))
+    rates = rng.normal(size=(20000, 4)) @ root.T
+    band = PostureBand(np.eye(4), 1.0, moment)
+    squared = band.travelled(0.1 * rates @ J.T, np.broadcast_to(J, (20000, 2, 4))) ** 2
+    assert np.sqrt(squared.mean()) == pytest.approx(0.1, rel=0.02)
+    assert band.travelled(np.zeros(2), J) == 0.0
+
+
+def test_deviation_starts_at_nothing_and_saturates():
+    band = PostureBand(np.diag([0.1, 0.2]), 0.5, np.eye(2))
+    sd = band.deviation(np.array([0.0, 0.2, 50.0]))
+    np.testing.assert_allclose(sd[0], 0.0)
+    np.testing.assert_allclose(sd[2], [0.1, 0.2])
+    assert (sd[1] < sd[2]).all()
+    np.testing.assert_allclose(band.rescaled(2.0).deviation(np.array(50.0)), [0.2, 0.4])
+
+
+def test_familiarity_of_one_short_take_still_has_a_level(rng):
+    few = wandering(rng).take(slice(0, 12))
+    familiarity = Familiarity.of(replace(few, trajectory_id=np.zeros(12, dtype=int)))
+    assert 0 < familiarity.level <= 1
