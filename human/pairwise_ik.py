@@ -143,17 +143,32 @@ def _smoothest(both: Array, inside: Flags, counted: Flags, periodic: Flags) -> A
         step = candidates[1:, None, :, :] - candidates[:-1, :, None, :]
         step = np.where(periodic, step - _TURN * np.round(step / _TURN), step)
         steps = np.sum(step**2, axis=-1)  # (frames - 1, from, to)
-        cost = own[0]
-        origin = np.zeros((len(frames), 2), dtype=np.intp)
-        for k in range(1, len(frames)):
-            through = cost[:, None] + steps[k - 1]
-            origin[k] = np.argmin(through, axis=0)
-            cost = np.min(through, axis=0) + own[k]
-        best = int(np.argmin(cost))
-        for k in range(len(frames) - 1, -1, -1):
-            choice[frames[k]] = best
-            best = int(origin[k, best])
+        choice[frames] = _least_path(own.tolist(), steps.reshape(-1, 4).tolist())
     return np.asarray(both[np.arange(len(both)), choice])
+
+
+def _least_path(own: list[list[float]], steps: list[list[float]]) -> list[int]:
+    """Returns the cheapest way through two states per frame, by dynamic programming.
+
+    Plain floats: arrays of two elements cost more than the arithmetic.
+
+    Args:
+        own: cost of states 0 and 1 in each frame.
+        steps: cost from each frame to the next, ``[0 to 0, 0 to 1, 1 to 0, 1 to 1]``.
+    """
+    zero, one = own[0]
+    origins: list[tuple[int, int]] = []
+    for (zero_zero, zero_one, one_zero, one_one), (own_zero, own_one) in zip(
+        steps, own[1:], strict=True
+    ):
+        stay, back = zero + zero_zero, one + one_zero
+        leave, keep = zero + zero_one, one + one_one
+        origins.append((int(back < stay), int(keep < leave)))
+        zero, one = min(stay, back) + own_zero, min(leave, keep) + own_one
+    path = [int(one < zero)]
+    for origin in reversed(origins):
+        path.append(origin[path[-1]])
+    return path[::-1]
 
 
 def _frozen_split(

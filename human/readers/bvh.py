@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from human.readers.axes import axis_name, body_axes, metres_per_unit, world_axes
 from human.readers.bvh_file import BvhFile, parse_bvh
 from human.readers.bvh_names import NamedSkeleton, name_skeleton
-from human.readers.checks import find_reversed_sides, relative, sorted_by_frame, step_angles
+from human.readers.checks import (
+    errors_first,
+    find_jumps,
+    find_reversed_sides,
+    relative,
+    step_angles,
+)
 from human.readers.errors import MalformedRecordingError
 from human.readers.skeleton import (
     DISTAL,
@@ -107,6 +113,7 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
                 f"Never move against their parents, so probably not measured: {', '.join(still)}.",
             )
         )  # fmt: skip
+    findings += find_jumps(time_s, house)
     findings += find_reversed_sides(house, names, joint_offset, end_offset)
 
     conversions = [
@@ -145,7 +152,7 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
         report=ReadingReport(
             conversions=tuple(conversions),
             aliases={bvh.joints[index].name: name for name, index in named.joint_of.items()},
-            findings=sorted_by_frame(findings),
+            findings=errors_first(findings),
             channels={"root position": 3, "joint rotations": 3 * len(bvh.joints)},
         ),
         digest=digest,
@@ -260,8 +267,9 @@ def _starts_with_rest_pose(quat: Array, root: Array) -> bool:
         return False
     turns = step_angles(quat)
     moves = np.linalg.norm(np.diff(root, axis=0), axis=-1)
-    apart = turns[0] > max(_JUMP_RAD, _JUMP_RATIO * float(np.max(turns[1:])))
-    return bool(apart or moves[0] > max(_JUMP_M, _JUMP_RATIO * float(np.max(moves[1:]))))
+    later_turn, later_move = (float(np.percentile(steps[1:], 99)) for steps in (turns, moves))
+    apart = turns[0] > max(_JUMP_RAD, _JUMP_RATIO * later_turn)
+    return bool(apart or moves[0] > max(_JUMP_M, _JUMP_RATIO * later_move))
 
 
 def _still_segments(quat: Array, names: tuple[str, ...]) -> list[str]:

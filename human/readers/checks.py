@@ -22,6 +22,10 @@ _LEAST_BENT_FRAMES = 3
 _REVERSED_SHARE = 0.8
 _OFFSET_CLEAR_M = 0.02
 _INCONSISTENT_M = 0.03
+#: A turn between neighbouring frames beyond both is a jump: radians, and times the usual step.
+_JUMP_RAD = np.deg2rad(20.0)
+_JUMP_RATIO = 5.0
+_LEAST_FRAMES = 10
 
 
 def checked_times(time_s: Array, place: str) -> Array:
@@ -179,7 +183,33 @@ def step_angles(quat: Array) -> Array:
     return np.asarray(2.0 * np.arccos(np.clip(np.min(dots, axis=-1), 0.0, 1.0)))
 
 
-def sorted_by_frame(findings: list[Finding]) -> tuple[Finding, ...]:
+def find_jumps(time_s: Array, quat: Array) -> list[Finding]:
+    """Returns a warning where the posture jumps between neighbouring frames that no gap separates.
+
+    Args:
+        time_s: ``(frames,)``.
+        quat: ``(frames, segments, 4)`` world orientations.
+    """
+    if len(quat) < _LEAST_FRAMES:
+        return []
+    turns = step_angles(quat)
+    steps = np.diff(time_s)
+    usual = float(np.percentile(turns, 95))
+    wide = steps > _GAP_STEPS * np.median(steps)
+    at = np.flatnonzero((turns > max(_JUMP_RAD, _JUMP_RATIO * usual)) & ~wide)
+    if not at.size:
+        return []
+    shown = ", ".join(f"{time_s[k + 1]:.3f}" for k in at[:5])
+    return [
+        Finding(
+            "jumps", "warning", f"frames before {shown} s",
+            f"{at.size} jumps of the posture between neighbouring frames (up to "
+            f"{np.rad2deg(np.max(turns[at])):.0f} deg): velocities there mean nothing.",
+        )
+    ]  # fmt: skip
+
+
+def errors_first(findings: list[Finding]) -> tuple[Finding, ...]:
     """Returns findings with the errors first."""
     rank = {"error": 0, "warning": 1, "note": 2}
     return tuple(sorted(findings, key=lambda finding: rank[finding.severity]))
@@ -187,11 +217,12 @@ def sorted_by_frame(findings: list[Finding]) -> tuple[Finding, ...]:
 
 __all__ = [
     "checked_times",
+    "errors_first",
     "find_gaps",
+    "find_jumps",
     "find_loose_joints",
     "find_reversed_sides",
     "relative",
-    "sorted_by_frame",
     "step_angles",
     "unit_quaternions",
 ]

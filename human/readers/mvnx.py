@@ -19,10 +19,11 @@ from human.names import SEGMENTS, canonical_joint
 from human.readers.axes import STATURE_M
 from human.readers.checks import (
     checked_times,
+    errors_first,
     find_gaps,
+    find_jumps,
     find_loose_joints,
     find_reversed_sides,
-    sorted_by_frame,
     unit_quaternions,
 )
 from human.readers.errors import AmbiguousRecordingError, MalformedRecordingError
@@ -87,6 +88,7 @@ def read_mvnx(
         )  # fmt: skip
 
     findings = find_loose_joints(quat, position, names, joint_offset)
+    findings += find_jumps(time_s, quat)
     findings += find_reversed_sides(quat, names, joint_offset, end_offset)
     status = _status(file, names)
     unmeasured = [name for name in names if status[name] == "unmeasured"]
@@ -143,7 +145,7 @@ def read_mvnx(
             ),
             aliases=aliases,
             gaps=find_gaps(time_s, 1.0 / rate_hz),
-            findings=sorted_by_frame(findings),
+            findings=errors_first(findings),
             channels=dict(file.channels),
         ),
         digest=digest,

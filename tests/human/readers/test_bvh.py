@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from human.differentiate import motion_from_configurations
 from human.kinematics import forward_kinematics
 from human.names import SEGMENTS
 from human.pose import fit_recording
@@ -19,7 +20,7 @@ from human.readers.axes import UNITS_M
 
 from .making import CMU_NAMES, PERSON, X_UP, Y_UP, Z_UP, walker, write_other_bvh
 
-XSENS_FULL = {name: name for name in SEGMENTS}
+HOUSE_NAMES = {name: name for name in SEGMENTS}
 
 
 def orientation_error_deg(recording, model, motion) -> float:
@@ -138,8 +139,6 @@ def test_a_person_lying_down_is_asked_about(tmp_path: Path) -> None:
     q = motion.q.copy()
     tilt = Rotation.from_euler("YX", [70.0, 45.0], degrees=True)
     q[:, 3:7] = (tilt * Rotation.from_quat(q[:, 3:7])).as_quat()
-    from human.differentiate import motion_from_configurations
-
     lying = motion_from_configurations(model.dof_names, motion.time_s, q)
     write_other_bvh(tmp_path / "a.bvh", model, lying)
     with pytest.raises(AmbiguousRecordingError, match="which way is up") as caught:
@@ -167,8 +166,6 @@ def test_a_skeleton_without_arms_is_refused_by_name(tmp_path: Path) -> None:
 
 def test_limbs_that_never_move_are_named(tmp_path: Path) -> None:
     model, motion = walker()
-    from human.differentiate import motion_from_configurations
-
     q = motion.q.copy()
     q[:, 7 + model.dof_names.index("jRightHip_rotx") :] = 0.0
     write_bvh(
@@ -179,3 +176,36 @@ def test_limbs_that_never_move_are_named(tmp_path: Path) -> None:
     assert recording.segment_status["LeftHand"] == "measured"
     fitted = fit_recording(recording, PERSON)
     assert fitted.motion.provenance.assumed["LeftFoot"] == "not measured in the recording"
+
+
+def test_a_jump_inside_the_motion_is_a_warning_with_its_time(tmp_path: Path) -> None:
+    model, motion = walker()
+    q = motion.q.copy()
+    q[25:, 7 + model.dof_names.index("jRightShoulder_rotx")] -= 1.0
+    jumping = motion_from_configurations(model.dof_names, motion.time_s, q)
+    write_other_bvh(tmp_path / "a.bvh", model, jumping)
+    (finding,) = read_recording(tmp_path / "a.bvh").report.findings
+    assert (finding.code, finding.severity) == ("jumps", "warning")
+    assert finding.place == f"frames before {25 / 60:.3f} s"
+    assert "up to 58 deg" in finding.message  # 57.3 and what the arm moved anyway
+
+
+@pytest.mark.parametrize("below", [(), ("L5",), ("L5", "T12"), ("L5", "L3", "T12")])
+def test_spines_of_any_length_keep_the_chest(tmp_path: Path, below: tuple[str, ...]) -> None:
+    """Whatever lies between pelvis and chest, the chest, head and limbs are where they were."""
+    model, motion = walker()
+    names = {"Pelvis": "Hips"} | {s: f"Spine{k}" for k, s in enumerate((*below, "T8"))}
+    names |= {s: n for s, n in CMU_NAMES.items() if s not in SEGMENTS[:5]}
+    write_other_bvh(tmp_path / "a.bvh", model, motion, names=names, unit_m=0.01)
+    recording = read_recording(tmp_path / "a.bvh")
+    assert recording.segment_names[1 : len(below) + 2] == (*below, "T8")
+    assert orientation_error_deg(recording, model, motion) < 1e-4
+    assert fit_recording(recording, PERSON).model.n_dof == 66
+
+
+def test_the_model_s_own_segment_names_are_read(tmp_path: Path) -> None:
+    model, motion = walker()
+    write_other_bvh(tmp_path / "a.bvh", model, motion, names=HOUSE_NAMES, unit_m=0.01)
+    recording = read_recording(tmp_path / "a.bvh")
+    assert recording.segment_names == SEGMENTS
+    assert orientation_error_deg(recording, model, motion) < 1e-4
