@@ -217,7 +217,11 @@ def faults_of_validation(
         if location and location[0] == "body":
             location = location[1:]
         message = str(error["msg"])
-        expected = message.removeprefix("Input should be ").removeprefix("Value error, ")
+        message = message.removeprefix("Value error, ")
+        expected = message.removeprefix("Input should be ")
+        if error["type"] in ("model_type", "dict_type", "model_attributes_type"):
+            expected = "an object"
+            message = "Input should be an object"
         got = "nothing" if error["type"] == "missing" else shorten(error.get("input"))
         faults.append(Fault(pointer(*prefix, *location), expected, got, message))
     return tuple(faults)

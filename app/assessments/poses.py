@@ -98,4 +98,4 @@ def rotation_angle(a: Array, b: Array) -> Array:
     """
     # |A - B| (Frobenius) = 2 sqrt(2) sin(angle / 2); no loss near 0, unlike arccos of the trace.
     chord = np.linalg.norm(a - b, axis=(-2, -1)) / (2 * np.sqrt(2))
-    return 2 * np.arcsin(np.clip(chord, 0.0, 1.0))
+    return np.asarray(2 * np.arcsin(np.clip(chord, 0.0, 1.0)))

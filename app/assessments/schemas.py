@@ -204,6 +204,8 @@ class CostPart(BaseModel):
     value: float
     unit: str
     weight: float
+    #: What the part adds to the total.
+    contribution: float
     aggregation: str
     direction: str
 
@@ -249,6 +251,7 @@ class Moment(BaseModel):
     """An instant worth looking at, and why."""
 
     time_s: float
+    side: str
     body_part: str
     reason: str
     score: float
@@ -258,10 +261,13 @@ class Worst(BaseModel):
     """The worst instant of a candidate."""
 
     time_s: float
+    side: str
     body_part: str
     reason: str
     rula: float
-    effort_nm: float | None = None
+    #: Median effort of the joint that works hardest then, against its reference.
+    effort_nm: float
+    effort_joint: str
 
 
 class Assumption(BaseModel):
@@ -304,7 +310,7 @@ class CandidateResult(BaseModel):
     moments: list[Moment]
     assumed: list[Assumption]
     out_of_distribution: OutOfDistribution | None
-    baseline: dict[str, Baseline] | None
+    baseline: dict[str, Baseline | None] | None
     problem: dict[str, Any] | None
     posture: dict[str, Any] | None = None
 
@@ -320,7 +326,6 @@ class Assessment(BaseModel):
     samples: int
     methods: list[str]
     cost_definition: dict[str, Any]
-    assumed: list[Assumption]
     candidates: list[CandidateResult]
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from app.files import check_id, read_json, write_json
+from app.files import check_id, read_json, write_bytes, write_json
 from app.operations.schemas import Operation
 from app.problems import NotFound
 
@@ -47,7 +47,9 @@ class OperationFiles:
 
     def save_request(self, identifier: str, request: Any) -> None:
         """Writes what was asked, so that it can be done again after a restart."""
-        write_json(self._path(identifier) / "request.json", request)
+        # A candidate may hold a NaN, which is then a problem in its slot: keep it as it came.
+        content = json.dumps(request).encode()
+        write_bytes(self._path(identifier) / "request.json", content)
 
     def load_request(self, identifier: str) -> Any:
         """Reads what was asked."""

@@ -1,4 +1,4 @@
-"""Worksheets as they travel; what a sheet may hold is decided, place by place, in ``ergonomics``."""
+"""Worksheets as they travel; what a sheet may hold is decided in ``ergonomics``."""
 
 from typing import Any, Literal
 
@@ -10,8 +10,8 @@ Method = Literal["rula", "reba"]
 class Worksheet(BaseModel):
     """One worksheet: ``input`` has the fields of the printed sheet, angles in degrees.
 
-    ``id``, ``name``, ``note``, ``expected`` and ``agreed_by`` may stand beside it, as in a list of worked
-    cases; ``id`` is given back, the others are not read.
+    ``id``, ``name``, ``note``, ``expected`` and ``agreed_by`` may stand beside it, as in a list of
+    worked cases; ``id`` is given back, the others are not read.
     """
 
     input: dict[str, Any]

@@ -1,0 +1,176 @@
+"""One assessment from request to answer: check, predict, score, rank, explain."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.assessments.body import Standing, stand
+from app.assessments.candidates import CandidateRejected, hand_path, parse_candidate, slot_id
+from app.assessments.evaluate import Evaluated, evaluate
+from app.assessments.posture import PostureRecord
+from app.assessments.predict import Predicted, Slot, predict
+from app.assessments.results import (
+    baseline_result,
+    posture_record,
+    rejected_slot,
+    slot_result,
+)
+from app.assessments.schemas import AssessmentRequest
+from app.assessments.timing import prediction_grid, resample
+from app.models.operator import Operator
+from app.problems import Fault, InvalidRequest, pointer
+from ergonomics import DEFAULT_COST, rank_candidates
+from prediction import BASELINES
+
+#: Told how many candidates are done, of how many.
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """An answer, and the postures behind it.
+
+    Attributes:
+        result: The answer, ready for JSON, but for id and time of creation.
+        postures: Per candidate, for playing back; None where it was rejected.
+    """
+
+    result: dict[str, Any]
+    postures: list[PostureRecord | None]
+
+
+def assess(
+    request: AssessmentRequest, operator: Operator, progress: Progress | None = None
+) -> Outcome:
+    """Ranks the candidates of a request.
+
+    The answer depends on the request and the model alone; each candidate's numbers do not depend on
+    the others, but for rank, ties and probability of being best.
+
+    Args:
+        request: What to assess.
+        operator: The person.
+        progress: Told after each candidate; may raise to stop.
+
+    Raises:
+        InvalidRequest: The shared part of the request does not fit the model.
+    """
+    standing = stand(request, operator)
+    identifiers = _identifiers(request)
+    total = len(identifiers)
+    outcomes: list[Slot | CandidateRejected] = [
+        _slot(value, index, standing) for index, value in enumerate(request.candidates)
+    ]
+    slots = [slot for slot in outcomes if isinstance(slot, Slot)]
+    settings = (standing, operator, request.samples, request.seed, request.sigma_x)
+    predictions = predict(slots, *settings)
+    central = {
+        method: predict(slots, standing, operator, 0, request.seed, request.sigma_x, method)
+        for method in BASELINES
+        if method in operator.content.method_names
+    }
+    evaluated: dict[int, Evaluated] = {}
+    baselines: dict[int, dict[str, Any]] = {}
+    problems = {i: slot for i, slot in enumerate(outcomes) if isinstance(slot, CandidateRejected)}
+    for k, (slot, prediction) in enumerate(zip(slots, predictions, strict=True)):
+        if isinstance(prediction, CandidateRejected):
+            problems[slot.index] = prediction
+        else:
+            evaluated[slot.index] = evaluate(prediction, prediction.q, request, operator, standing)
+            baselines[slot.index] = {
+                method: _baseline(results[k], request, operator, standing)
+                for method, results in central.items()
+            }
+        if progress is not None:
+            progress(len(problems) + len(evaluated), total)
+    return _answer(request, operator, standing, identifiers, evaluated, baselines, problems)
+
+
+def _identifiers(request: AssessmentRequest) -> list[str]:
+    identifiers = [slot_id(value, index) for index, value in enumerate(request.candidates)]
+    seen: dict[str, int] = {}
+    for index, identifier in enumerate(identifiers):
+        if identifier in seen:
+            raise InvalidRequest(
+                "Two candidates have the same id.",
+                [
+                    Fault(
+                        pointer("candidates", index, "id"),
+                        "an id of its own",
+                        repr(identifier),
+                        f"candidate {seen[identifier]} has it already",
+                    )
+                ],
+            )
+        seen[identifier] = index
+    return identifiers
+
+
+def _slot(value: Any, index: int, standing: Standing) -> Slot | CandidateRejected:
+    try:
+        tool = parse_candidate(value, index)
+        path = hand_path(tool, standing.frames, standing.grasp, standing.hand)
+    except CandidateRejected as problem:
+        return problem
+    grid = prediction_grid(path.time_s)
+    return Slot(tool.id, index, tool.time_s, resample(path, grid), grid.resampled)
+
+
+def _baseline(
+    prediction: Predicted | CandidateRejected,
+    request: AssessmentRequest,
+    operator: Operator,
+    standing: Standing,
+) -> dict[str, float] | None:
+    if isinstance(prediction, CandidateRejected):
+        return None
+    return baseline_result(
+        evaluate(prediction, prediction.central[None], request, operator, standing)
+    )
+
+
+def _answer(
+    request: AssessmentRequest,
+    operator: Operator,
+    standing: Standing,
+    identifiers: list[str],
+    evaluated: dict[int, Evaluated],
+    baselines: dict[int, dict[str, Any]],
+    problems: dict[int, CandidateRejected],
+) -> Outcome:
+    order = sorted(evaluated)
+    ranking = {}
+    scale = np.zeros(0)
+    if order:
+        costs = np.stack([evaluated[i].cost.total for i in order])
+        ranked = rank_candidates([identifiers[i] for i in order], costs)
+        ranking = dict(zip(order, ranked, strict=True))
+        medians = [np.median(evaluated[i].efforts.moment_norm, axis=0) for i in order]
+        scale = np.max([median.max(axis=0) for median in medians], axis=0)
+    candidates: list[dict[str, Any]] = []
+    postures: list[PostureRecord | None] = []
+    for index, identifier in enumerate(identifiers):
+        if index in problems:
+            place = pointer("candidates", index)
+            candidates.append(rejected_slot(identifier, problems[index].body(place)))
+            postures.append(None)
+            continue
+        one = evaluated[index]
+        answer = slot_result(one, ranking[index], baselines[index], standing.assumed, request)
+        record = posture_record(one, operator.model.dof_names, scale)
+        if request.include_posture:
+            answer["posture"] = record.to_dict()
+        candidates.append(answer)
+        postures.append(record)
+    result = {
+        "name": request.name,
+        "model_id": request.model_id,
+        "seed": request.seed,
+        "samples": request.samples,
+        "methods": list(operator.content.method_names),
+        "cost_definition": DEFAULT_COST.to_dict(),
+        "candidates": candidates,
+    }
+    return Outcome(result, postures)

@@ -1,0 +1,150 @@
+"""The person of an assessment: the model standing at the start, and what was taken for granted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.assessments.poses import IDENTITY, Array, Pose
+from app.assessments.schemas import AssessmentRequest, Assumption
+from app.models.operator import Operator
+from app.problems import Fault, InvalidRequest, pointer, shorten
+from human import HumanModel, forward_kinematics, frame_poses
+from human.rotations import matrix_to_quaternion
+
+#: How far a given start angle may be outside the joint's tabulated range.
+LIMIT_SLACK_RAD = np.deg2rad(15.0)
+
+#: Upright standing: T-pose but for the arms, which hang.
+_HANGING_RAD = {"jRightShoulder_rotx": np.deg2rad(85.0), "jLeftShoulder_rotx": -np.deg2rad(85.0)}
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The person when the motion begins.
+
+    Attributes:
+        q: ``(nq,)`` configuration.
+        pelvis: ``T_world_pelvis``.
+        hand: ``T_world_hand`` of the led hand.
+        frames: ``T_world_frame`` by frame id, ``world`` among them.
+        grasp: ``T_tool_hand``, or None: from the start.
+        assumed: What was taken for granted, for every candidate.
+    """
+
+    q: Array
+    pelvis: Pose
+    hand: Pose
+    frames: dict[str, Pose]
+    grasp: Pose | None
+    assumed: tuple[Assumption, ...]
+
+
+def stand(request: AssessmentRequest, operator: Operator) -> Standing:
+    """Puts the operator's model where the request says.
+
+    Raises:
+        InvalidRequest: The hand is not the model's, a joint is unknown or far outside its range.
+    """
+    if request.hand != operator.hand:
+        raise InvalidRequest(
+            f"The model predicts the {operator.hand} hand.",
+            [Fault("/hand", repr(operator.hand), repr(request.hand), "trained for the other hand")],
+        )
+    model = operator.model
+    q, missing = _start_configuration(request, model)
+    pelvis = request.start.T_world_pelvis.pose()
+    q[:3], q[3:7] = pelvis.position, matrix_to_quaternion(pelvis.rotation)
+    rotation, position = frame_poses(model, forward_kinematics(model, q), operator.tip)
+    frames = {name: pose.pose() for name, pose in request.frames.items()}
+    if "world" in frames:
+        raise InvalidRequest(
+            "The world needs no pose.",
+            [Fault("/frames/world", "another name", "world", "the world is where it is")],
+        )
+    grasp = None if request.grasp is None else request.grasp.T_tool_hand.pose()
+    return Standing(
+        q,
+        pelvis,
+        Pose(rotation, position),
+        {"world": IDENTITY, **frames},
+        grasp,
+        tuple(_assumptions(request, operator, missing)),
+    )
+
+
+def _start_configuration(request: AssessmentRequest, model: HumanModel) -> tuple[Array, list[str]]:
+    q = model.neutral()
+    angles = q[7:]
+    given = request.start.joint_position
+    for name, value in _HANGING_RAD.items():
+        angles[model.dof_names.index(name)] = value
+    faults = []
+    for name, value in given.items():
+        place = pointer("start", "joint_position", name)
+        if name not in model.dof_names:
+            faults.append(
+                Fault(place, "a joint such as jRightShoulder_rotx", shorten(name), "unknown joint")
+            )
+            continue
+        k = model.dof_names.index(name)
+        low, high = model.lower[k] - LIMIT_SLACK_RAD, model.upper[k] + LIMIT_SLACK_RAD
+        if not low <= value <= high:
+            detail = "no joint turns so far; angles are in rad"
+            faults.append(Fault(place, f"{low:.3f} to {high:.3f} rad", f"{value:g}", detail))
+            continue
+        angles[k] = value
+    if faults:
+        raise InvalidRequest("The start posture is not one of this person.", faults)
+    return q, [name for name in model.dof_names if name not in given]
+
+
+def _assumptions(
+    request: AssessmentRequest, operator: Operator, missing: list[str]
+) -> list[Assumption]:
+    n_dof = len(operator.model.dof_names)
+    predicted = operator.chain.dof_names
+    others = n_dof - len(predicted)
+    found = [
+        Assumption(
+            what="pelvis",
+            value="stays where it is at the start",
+            range="people step and lean when a reach is far",
+            effect="reach and trunk angles; not worked out",
+        ),
+        Assumption(
+            what="joints that the model does not predict",
+            value=f"{others} joint angles (legs, head, other arm) stay at the start posture",
+            range="free",
+            effect="neck, legs and the other arm are scored as at the start",
+        ),
+    ]
+    if missing:
+        led = [name for name in missing if name in predicted]
+        found.append(
+            Assumption(
+                what="start angles that were not given",
+                value=f"{len(missing)} of {n_dof} joint angles stand as in upright standing "
+                f"({len(led)} of them between pelvis and hand)",
+                range="free",
+                effect="the whole prediction starts from there",
+            )
+        )
+    if request.grasp is None:
+        found.append(
+            Assumption(
+                what="grasp",
+                value="as the start posture and the first point say; it does not slip",
+                range="free",
+                effect="wrist angles shift with the grasp",
+            )
+        )
+    if request.foot_split is None:
+        found.append(
+            Assumption(
+                what="support by each foot",
+                value="not given, so leg efforts are left out",
+                range="0 to 1 for each foot",
+                effect="none on the scores",
+            )
+        )
+    return found

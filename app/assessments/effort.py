@@ -1,0 +1,151 @@
+"""What the joints from the hand to L5S1 bear along predicted postures, with the load in the hand.
+
+Effort is the norm of the joint's moment vector: the same in any axes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.assessments.poses import Array, Pose
+from app.assessments.schemas import FootSplit
+from app.assessments.timing import cubic_operators
+from human import HumanModel, forward_kinematics, frame_poses
+from human.dynamics import GRAVITY, Wrench, inverse_dynamics, joint_loads
+
+#: Half the window over which sampled postures are smoothed before they are differentiated, s.
+SMOOTHING_S = 0.25
+
+_TRUNK = ("jL5S1", "jL4L3", "jL1T12", "jT9T8")
+_ARM = ("C7Shoulder", "Shoulder", "Elbow", "Wrist")
+_LEG = ("Hip", "Knee", "Ankle")
+
+
+@dataclass(frozen=True, slots=True)
+class Efforts:
+    """Joint efforts of roll-outs.
+
+    Attributes:
+        joint_names: ``m`` joints, from the lumbar spine to the hand, then the legs if asked for.
+        moment_norm: ``(S, T, m)`` N·m.
+    """
+
+    joint_names: tuple[str, ...]
+    moment_norm: Array
+
+
+@dataclass(frozen=True, slots=True)
+class HandLoad:
+    """What acts on the person at the hand.
+
+    Attributes:
+        tip: The frame it acts at, ``RightHandCOM`` or ``LeftHandCOM``.
+        borne_kg: Mass whose weight and inertia the person bears, kg.
+        force_n: Further force, ``(3,)`` N, world axes.
+    """
+
+    tip: str
+    borne_kg: float
+    force_n: Array
+
+    def wrench(self, acceleration: Array) -> Wrench:
+        """Returns the load on the person while the hand accelerates by ``(..., 3)`` m/s^2."""
+        return Wrench(self.tip, self.borne_kg * (np.asarray(GRAVITY) - acceleration) + self.force_n)
+
+
+def arm_joints(hand: str) -> tuple[str, ...]:
+    """Returns the joints from L5S1 to the wrist of ``hand`` (``right`` or ``left``)."""
+    side = hand.capitalize()
+    return (*_TRUNK, *(f"j{side}{name}" for name in _ARM))
+
+
+def leg_joints() -> tuple[str, ...]:
+    """Returns the joints of both legs that bear the body."""
+    return tuple(f"j{side}{name}" for side in ("Right", "Left") for name in _LEG)
+
+
+def velocities(model: HumanModel, q: Array, time_s: Array) -> tuple[Array, Array, Array]:
+    """Returns smoothed configurations and their first and second derivatives.
+
+    The base stands still. The predicted deviations are rough on purpose (they are noise); taken
+    literally their accelerations would be those of no body, so each roll-out is smoothed by a
+    local cubic first.
+
+    Args:
+        model: The person.
+        q: ``(S, T, nq)``.
+        time_s: ``(T,)``.
+
+    Returns:
+        ``(S, T, nq)``, ``(S, T, nv)``, ``(S, T, nv)``.
+    """
+    value, first, second = cubic_operators(time_s, SMOOTHING_S)
+    angles = q[..., 7:]
+    smooth = q.copy()
+    smooth[..., 7:] = value @ angles
+    v, a = np.zeros((*q.shape[:-1], model.nv)), np.zeros((*q.shape[:-1], model.nv))
+    v[..., 6:], a[..., 6:] = first @ angles, second @ angles
+    return smooth, v, a
+
+
+def joint_efforts(
+    model: HumanModel,
+    q: Array,
+    time_s: Array,
+    hand_path: Pose,
+    hand: str,
+    load: HandLoad,
+    foot_split: FootSplit | None,
+) -> Efforts:
+    """Returns the efforts from hand to L5S1, and of the legs where the foot split is stated.
+
+    Args:
+        model: The person.
+        q: ``(S, T, nq)`` predicted configurations.
+        time_s: ``(T,)`` s.
+        hand_path: ``T_world_hand``, ``(T, ...)``; its acceleration is the load's.
+        hand: ``right`` or ``left``.
+        load: What acts at the hand.
+        foot_split: Share of the support by foot, or None.
+    """
+    smooth, v, a = velocities(model, q, time_s)
+    _, _, second = cubic_operators(time_s, SMOOTHING_S)
+    held = load.wrench(second @ hand_path.position)
+    joints = arm_joints(hand)
+    loads = joint_loads(model, smooth, v, a, [held], joints=joints)
+    norms = {
+        name: np.linalg.norm(loads.moment[..., k, :], axis=-1)
+        for k, name in enumerate(loads.joint_names)
+    }
+    if foot_split is not None:
+        norms |= _leg_efforts(model, smooth, v, a, held, foot_split)
+        joints = (*joints, *leg_joints())
+    return Efforts(joints, np.stack([norms[name] for name in joints], axis=-1))
+
+
+def _leg_efforts(
+    model: HumanModel, q: Array, v: Array, a: Array, held: Wrench, split: FootSplit
+) -> dict[str, Array]:
+    """Returns leg efforts when the ground bears what the whole body needs, shared as stated.
+
+    The wrench that must hold the base is what the ground gives. Its force is shared as stated; each
+    share acts at its foot, and what moment is then still missing is shared likewise. Derived here.
+    """
+    base = inverse_dynamics(model, q, v, a, [held])[..., :6]
+    poses = forward_kinematics(model, q)
+    rotation, origin = poses.of("Pelvis")
+    force = (rotation @ base[..., :3, None])[..., 0]
+    moment = (rotation @ base[..., 3:, None])[..., 0]
+    feet = {"LeftFoot": split.left, "RightFoot": split.right}
+    missing = moment.copy()
+    for foot, share in feet.items():
+        _, place = frame_poses(model, poses, foot)
+        missing -= np.cross(place - origin, share * force)
+    wrenches = [held] + [
+        Wrench(foot, share * force, share * missing) for foot, share in feet.items()
+    ]
+    loads = joint_loads(model, q, v, a, wrenches, joints=leg_joints())
+    return {
+        name: np.linalg.norm(loads.moment[..., k, :], axis=-1)
+        for k, name in enumerate(loads.joint_names)
+    }

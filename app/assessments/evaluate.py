@@ -1,0 +1,156 @@
+"""Scores predicted postures: RULA, REBA, back, effort, and the cost of each sample."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.assessments.body import Standing
+from app.assessments.effort import Efforts, HandLoad, arm_joints, joint_efforts
+from app.assessments.poses import Array
+from app.assessments.predict import Predicted
+from app.assessments.schemas import AssessmentRequest, Assumption
+from app.models.operator import Operator
+from app.scoring import SIDES, BodyScores, score_body, tasks_of
+from ergonomics import (
+    DEFAULT_COST,
+    CostSamples,
+    RebaInputs,
+    RulaInputs,
+    Side,
+    TaskContext,
+    back_angle,
+    cost_samples,
+    effort_share,
+    with_effects,
+)
+from human import forward_kinematics
+
+#: Samples that the effect of an assumption is worked out on.
+_EFFECT_SAMPLES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluated:
+    """One candidate, scored.
+
+    Attributes:
+        predicted: Its postures.
+        scores: RULA and REBA, ``(S, T)``.
+        back_deg: Sum of the bends of the back, ``(S, T)`` degrees.
+        efforts: ``(S, T, m)`` N·m.
+        cost: By sample, ``(S,)``.
+    """
+
+    predicted: Predicted
+    scores: BodyScores
+    back_deg: Array
+    efforts: Efforts
+    cost: CostSamples
+
+
+def led_side(request: AssessmentRequest) -> Side:
+    """Returns the side of the led hand."""
+    return "left" if request.hand == "left" else "right"
+
+
+def hand_load(request: AssessmentRequest, operator: Operator) -> HandLoad:
+    """Returns what acts on the person at the hand."""
+    return HandLoad(
+        operator.tip,
+        request.payload_kg * request.payload_share,
+        np.array(request.hand_force_n, dtype=float),
+    )
+
+
+def scored_load_kg(request: AssessmentRequest) -> float:
+    """Returns the load that RULA and REBA count: weight borne and further force, in kg.
+
+    The force's size counts whatever its direction: the tables know loads, not directions.
+    """
+    force = np.array(request.hand_force_n, dtype=float)
+    weight = np.array([0.0, 0.0, -9.81 * request.payload_kg * request.payload_share])
+    return float(np.linalg.norm(weight + force) / 9.81)
+
+
+def task_contexts(request: AssessmentRequest) -> Mapping[Side, TaskContext]:
+    """Returns what is known of the task, by side."""
+    context = TaskContext(coupling=None, legs=None)
+    return tasks_of(led_side(request), scored_load_kg(request), context)
+
+
+def evaluate(
+    predicted: Predicted,
+    q: Array,
+    request: AssessmentRequest,
+    operator: Operator,
+    standing: Standing,
+) -> Evaluated:
+    """Scores sampled postures of one candidate.
+
+    Args:
+        predicted: The candidate's prediction.
+        q: ``(S, T, nq)`` the configurations to score: its samples, or its central ones.
+        request: Load, force and foot split.
+        operator: The person.
+        standing: Where they stand.
+    """
+    path = predicted.slot.path
+    poses = forward_kinematics(operator.model, q)
+    scores = score_body(operator.model, poses, task_contexts(request))
+    back = back_angle(operator.model, poses).chain_sum_deg
+    efforts = joint_efforts(
+        operator.model,
+        q,
+        path.time_s,
+        path.pose,
+        request.hand,
+        hand_load(request, operator),
+        request.foot_split,
+    )
+    arm = arm_joints(request.hand)
+    shares = effort_share(efforts.moment_norm[..., : len(arm)], arm)
+    cost = cost_samples(
+        {
+            "rula": scores.worst_rula,
+            "back_angle_deg": back,
+            "effort_share": shares.max(axis=-1),
+        },
+        path.time_s,
+        DEFAULT_COST,
+    )
+    return Evaluated(predicted, scores, back, efforts, cost)
+
+
+def task_assumptions(evaluated: Evaluated, request: AssessmentRequest) -> list[Assumption]:
+    """Returns what was taken for granted of the task, with the range each opens in the scores.
+
+    The range is that of the led side's mean score over time when the assumption is turned over.
+    """
+    side = led_side(request)
+    task = task_contexts(request)[side]
+    rula = _few(evaluated.scores.rula_inputs[side])
+    reba = _few(evaluated.scores.reba_inputs[side])
+    return [
+        Assumption(what=one.what, value=one.value, range=one.range, effect=one.effect)
+        for one in with_effects(task.assumptions(), rula, reba)
+    ]
+
+
+def _few(inputs: Any) -> Any:
+    """Returns the inputs of a few samples, without the words behind them."""
+    assert isinstance(inputs, RulaInputs | RebaInputs)
+    shape = inputs.shape
+    arrays: dict[str, NDArray[Any]] = {
+        name: array if array.ndim == 0 else np.broadcast_to(array, shape)[:_EFFECT_SAMPLES]
+        for name, array in inputs.arrays().items()
+    }
+    return replace(inputs, **arrays, evidence={})  # type: ignore[arg-type]
+
+
+def worst_side(scores: BodyScores) -> Side:
+    """Returns the side whose mean RULA peaks higher; the right one if they are equal."""
+    peaks = {side: float(scores.rula[side].mean(axis=0).max()) for side in SIDES}
+    return "left" if peaks["left"] > peaks["right"] else "right"

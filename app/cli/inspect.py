@@ -1,0 +1,28 @@
+"""``ergocast inspect FILE``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli.output import Json, console, facts, print_json
+
+
+def inspect(
+    file: Annotated[Path, typer.Argument(help="A recording: MVNX (v3, v4) or BVH.")],
+    as_json: Json = False,
+) -> None:
+    """Shows what a recording holds: format, subject, rate, duration, channels, gaps, problems."""
+    from app.recordings.inspection import inspection_record
+    from human.readers import inspect_recording
+
+    record = inspection_record(inspect_recording(file))
+    if as_json:
+        print_json(record)
+    else:
+        console().print(facts(file.name, record))
+
+
+def register(cli: typer.Typer) -> None:
+    """Adds the command."""
+    cli.command()(inspect)

@@ -1,0 +1,112 @@
+"""What commands print: tables for people, JSON for machines, errors in words."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from app.problems import AppError, InvalidRequest, Problem, Unreadable
+
+#: ``--json`` of every command.
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
+
+
+def console() -> Console:
+    """Returns the console for results; made anew so that a captured stdout is honoured."""
+    return Console(highlight=False)
+
+
+def print_json(value: Any) -> None:
+    """Prints a value as JSON."""
+    typer.echo(json.dumps(value, ensure_ascii=False, allow_nan=False, indent=2))
+
+
+def explain(error: Exception, as_json: bool) -> str | None:
+    """Returns a foreseen error as text (or problem JSON), None for one that is a fault of ours."""
+    from ergonomics import ErgonomicsError
+    from human import HumanError
+    from prediction import PredictionError
+
+    if isinstance(error, Problem):
+        problem = error
+    elif isinstance(error, HumanError | PredictionError | ErgonomicsError):
+        problem = InvalidRequest(str(error))
+    elif isinstance(error, AppError):
+        problem = InvalidRequest(str(error))
+    elif isinstance(error, OSError) and error.filename:
+        problem = Unreadable(f"{error.filename}: {error.strerror}.")
+    else:
+        return None
+    if as_json:
+        return json.dumps(problem.body(), ensure_ascii=False)
+    return f"Error: {problem.text()}"
+
+
+def read_json_file(name: str) -> Any:
+    """Reads JSON from a file, or from standard input for ``-``.
+
+    Raises:
+        Unreadable: It is not JSON; the message names the line.
+    """
+    text = typer.get_text_stream("stdin").read() if name == "-" else Path(name).read_text("utf-8")
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise Unreadable(
+            f"{name}, line {error.lineno}, column {error.colno}: expected JSON, {error.msg}."
+        ) from error
+
+
+def facts(title: str, values: Mapping[str, Any]) -> Table:
+    """Returns a table of names and values."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    table.add_column(style="bold")
+    table.add_column(overflow="fold")
+    for name, value in values.items():
+        table.add_row(name, show(value))
+    return table
+
+
+def show(value: Any) -> str:
+    """Returns a value as people read it: few digits, a dash for nothing."""
+    if value is None or value == "" or value == [] or value == {}:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}" if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {show(item)}" for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return "\n".join(show(item) for item in value)
+    return str(value)
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Progress]:
+    """Yields a progress bar on standard error; silent for machines and where no one looks."""
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+        disable=quiet,
+    ) as bar:
+        yield bar

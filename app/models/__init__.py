@@ -1,0 +1,1 @@
+"""Operator models: files made by `ergocast train`, kept by content."""

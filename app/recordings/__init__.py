@@ -1,0 +1,1 @@
+"""Uploaded recordings, kept by content."""

@@ -1,0 +1,1 @@
+"""RULA and REBA of a recording over time."""
