@@ -140,7 +140,7 @@ def kinematic_cases(model: HumanModel, rng: np.random.Generator) -> list[Case]:
             "the bare loop",
             bare_loop,
             float(body),
-            1.5,
+            1.2,
         ),
         Case(
             "right hand: pose and Jacobian",
