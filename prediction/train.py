@@ -23,6 +23,7 @@ from prediction.joint_limits import JointLimits
 from prediction.kernels import KernelKind
 from prediction.methods import BASELINES, METHODS, method_class
 from prediction.mi_nsgp import Criterion, EngineName, MiNsGp
+from prediction.model_file import model_bytes, model_from_bytes
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
 from prediction.weight_search import Optimizer
@@ -200,7 +201,7 @@ def train_operator(
     if progress is not None:
         progress("done", 1.0, float("nan"))
     q = demonstrations.q
-    return OperatorModel(
+    model = OperatorModel(
         methods=methods,
         method=options.method,
         reduction=reduction,
@@ -231,6 +232,9 @@ def train_operator(
             },
         },
     )
+    # Products of matrices round differently in another memory layout. Through the file format and
+    # back, the model in hand is bit for bit the one that will be loaded.
+    return model_from_bytes(model_bytes(model))
 
 
 def _train_one(
