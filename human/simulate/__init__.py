@@ -3,7 +3,10 @@
 Imported by tests, demo, docs and benchmarks only; no estimator knows of it.
 """
 
+from human.simulate.box_handling import simulate_box_handling
+from human.simulate.box_plan import DEFAULT_STATIONS, Station
 from human.simulate.errors import SimulationError
+from human.simulate.gait import Cadence
 from human.simulate.ground import Dynamics, solve_dynamics
 from human.simulate.operator import OPERATOR_KINDS, Comfort, Operator, operator
 from human.simulate.paths import (
@@ -31,10 +34,14 @@ from human.simulate.reaching import (
 )
 from human.simulate.records import SimulatedMotion, Truth
 from human.simulate.robot_scene import RobotScene, RobotTrajectory, robot_trajectories
+from human.simulate.stance import Stance
+from human.simulate.walking import simulate_walking
 
 __all__ = [
+    "DEFAULT_STATIONS",
     "MOBILITY_RANGE",
     "OPERATOR_KINDS",
+    "Cadence",
     "Comfort",
     "Dynamics",
     "MinimumJerkPath",
@@ -50,15 +57,19 @@ __all__ = [
     "SimulatedMotion",
     "SimulationError",
     "SplinePath",
+    "Stance",
+    "Station",
     "Truth",
     "minimum_jerk",
     "minimum_jerk_path",
     "operator",
     "planar_law",
     "robot_trajectories",
+    "simulate_box_handling",
     "simulate_following",
     "simulate_planar",
     "simulate_reaching",
+    "simulate_walking",
     "solve_dynamics",
     "spline_path",
     "standing_configuration",

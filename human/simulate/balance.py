@@ -1,8 +1,8 @@
 """Carries the pelvis so that a person keeps their balance over the feet they stand on.
 
-Source: Kajita et al. 2003, "Biped walking pattern generation by using preview control of zero-moment
-point": the cart on a table, and a second pass on what it leaves out. Solved here as one linear system
-over the whole time, since a simulation knows its future.
+Source: Kajita et al. 2003, "Biped walking pattern generation by using preview control of
+zero-moment point": the cart on a table, and a second pass on what it leaves out. Solved here as
+one linear system over the whole time, since a simulation knows its future.
 """
 
 from collections.abc import Callable

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from human.model import HumanModel
 from human.motion import Motion, Provenance
 from human.rotations import quaternion_continuous
+from human.simulate.errors import SimulationError
 from human.simulate.legs import Leg
 from human.simulate.paths import PosePath
 from human.simulate.resolve import Resolved
@@ -39,13 +40,16 @@ class BodyPaths:
     feet: tuple[PosePath, PosePath]
     contacts: tuple[Array, Array]
 
-    def in_contact(self, time_s: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Returns whether the right and the left foot stand, each ``T``."""
-        right, left = (
-            np.any((time_s[:, None] >= c[:, 0]) & (time_s[:, None] <= c[:, 1]), axis=1)
-            for c in self.contacts
-        )
-        return right, left
+
+def in_contact(
+    contacts: tuple[Array, Array], time_s: Array
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Returns whether the right and the left foot stand, ``T`` each, from intervals ``K x 2``."""
+    right, left = (
+        np.any((time_s[:, None] >= c[:, 0]) & (time_s[:, None] <= c[:, 1]), axis=1)
+        for c in contacts
+    )
+    return right, left
 
 
 def whole_body(
@@ -115,3 +119,20 @@ def whole_body(
         a=np.concatenate((base_acceleration, accelerations), axis=-1),
         provenance=provenance,
     )
+
+
+def refuse_beyond_limits(model: HumanModel, motion: Motion) -> None:
+    """Checks that every joint stays within its limits.
+
+    Raises:
+        SimulationError: one does not; the worst is named.
+    """
+    q = motion.joint_angles
+    beyond = np.maximum(model.lower - q, q - model.upper)
+    frame, dof = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+    if beyond[frame, dof] > 0.0:
+        raise SimulationError(
+            f"at {motion.time_s[frame]:.2f} s {model.dof_names[dof]} is "
+            f"{np.rad2deg(beyond[frame, dof]):.1f} degrees beyond its limit; "
+            "choose an easier task or another person"
+        )

@@ -69,9 +69,47 @@ def solve_dynamics(
     """
     pin_model = model.pinocchio()
     data = pin_model.createData()
+    external, ground, hands = _unsupported(model, motion, loads)
+    pressure = _pressure(ground)
+    split = None
+    if feet is not None and contact is not None:
+        split = _split(ground, pressure, feet, contact, share_right)
+        soles = [
+            pin_model.frames[pin_model.getFrameId(f"{side}Foot")].parentJoint
+            for side in ("Right", "Left")
+        ]
+    effort = np.empty((len(motion), pin_model.nv))
+    for i, forces in enumerate(external):
+        pin.forwardKinematics(pin_model, data, motion.q[i])
+        if split is None:
+            forces[1] += data.oMi[1].actInv(pin.Force(ground[i]))
+        else:
+            for joint, wrench in zip(soles, split[:, i], strict=True):
+                forces[joint] += data.oMi[joint].actInv(pin.Force(wrench))
+        effort[i] = pin.rnea(pin_model, data, motion.q[i], motion.v[i], motion.a[i], forces)
+    return Dynamics(effort, ground, split, pressure, hands)
+
+
+def center_of_pressure(model: HumanModel, motion: Motion, loads: Mapping[str, Array]) -> Array:
+    """Returns where the ground force of a motion passes through z = 0, ``T x 2`` [m].
+
+    The arguments are those of ``solve_dynamics``, which answers the same and everything else.
+    """
+    return _pressure(_unsupported(model, motion, loads)[1])
+
+
+def _pressure(ground: Array) -> Array:
+    return np.stack((-ground[:, 4], ground[:, 3]), axis=-1) / ground[:, 2:3]
+
+
+def _unsupported(
+    model: HumanModel, motion: Motion, loads: Mapping[str, Array]
+) -> tuple[list[list[pin.Force]], Array, dict[str, Array]]:
+    """Returns the loads' forces by joint, what the ground must give, and the loads' by hand."""
+    pin_model = model.pinocchio()
+    data = pin_model.createData()
     frames = {name: pin_model.getFrameId(name) for name in loads}
     T = len(motion)
-    effort = np.empty((T, pin_model.nv))
     ground = np.empty((T, 6))
     hands = {name: np.empty((T, 3)) for name in loads}
     external: list[list[pin.Force]] = []
@@ -90,28 +128,10 @@ def solve_dynamics(
             moment = np.cross(placement.translation, force)
             forces[joint] += data.oMi[joint].actInv(pin.Force(force, moment))
         external.append(forces)
-        effort[i] = pin.rnea(pin_model, data, q, v, a, forces)
-        lacking = data.oMi[1].act(pin.Force(effort[i, :6]))
-        ground[i] = np.r_[lacking.linear, lacking.angular]
-    vertical = ground[:, 2]
-    pressure = np.stack((-ground[:, 4], ground[:, 3]), axis=-1) / vertical[:, None]
-    split = None
-    if feet is not None and contact is not None:
-        split = _split(ground, pressure, feet, contact, share_right)
-        soles = [
-            pin_model.frames[pin_model.getFrameId(f"{side}Foot")].parentJoint
-            for side in ("Right", "Left")
-        ]
-    for i in range(T):
-        pin.forwardKinematics(pin_model, data, motion.q[i])
-        forces = external[i]
-        if split is None:
-            forces[1] += data.oMi[1].actInv(pin.Force(ground[i]))
-        else:
-            for joint, wrench in zip(soles, split[:, i], strict=True):
-                forces[joint] += data.oMi[joint].actInv(pin.Force(wrench))
-        effort[i] = pin.rnea(pin_model, data, motion.q[i], motion.v[i], motion.a[i], forces)
-    return Dynamics(effort, ground, split, pressure, hands)
+        lacking = pin.rnea(pin_model, data, q, v, a, forces)[:6]
+        wrench = data.oMi[1].act(pin.Force(lacking))
+        ground[i] = np.r_[wrench.linear, wrench.angular]
+    return external, ground, hands
 
 
 def _split(

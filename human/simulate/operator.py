@@ -50,8 +50,8 @@ class Comfort:
     rate: Array
     lower: Array
     upper: Array
-    margin: float = 0.15
-    edge_rate: float = 3.0
+    margin: float = 0.2
+    edge_rate: float = 8.0
 
     def _edge(self, q: Array) -> tuple[Array, Array]:
         # A range narrower than two margins would push from both sides at its middle.

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from human.model import HumanModel
 from human.motion import Provenance
-from human.simulate.body import BodyPaths, whole_body
+from human.simulate.body import BodyPaths, in_contact, whole_body
 from human.simulate.errors import SimulationError
 from human.simulate.ground import solve_dynamics
 from human.simulate.legs import legs_of
@@ -242,7 +242,7 @@ def _recorded(
         sole_center(leg, M.translation, M.rotation) for leg, M in zip(legs, ankles, strict=True)
     ]
     T = time_s.size
-    contact = paths.in_contact(time_s)
+    contact = in_contact(paths.contacts, time_s)
     return SimulatedMotion(
         motion,
         Truth(

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from human.model import HumanModel
-from human.motion import Provenance
+from human.motion import Motion, Provenance
 from human.simulate.balance import Bearing, balanced_pelvis, grid_of, smoothed
-from human.simulate.body import AngleCourse, BodyPaths, whole_body
+from human.simulate.body import AngleCourse, BodyPaths, in_contact, refuse_beyond_limits, whole_body
 from human.simulate.errors import SimulationError
 from human.simulate.gait import Cadence, Footfalls, lay_footsteps
-from human.simulate.ground import Dynamics, solve_dynamics
+from human.simulate.ground import center_of_pressure, solve_dynamics
 from human.simulate.legs import Leg, legs_of
 from human.simulate.operator import Operator, coherent_noise
 from human.simulate.paths import PosePath
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 _ARM_SWING = 0.9
 #: How far pelvis and trunk turn, likewise [rad/m].
 _PELVIS_TURN, _TRUNK_TURN = 0.12, 0.22
+#: The balance is measured on one grid point of so many; a knot of the pelvis path has five.
+_SOME = 2
 #: Arms of who walks with free hands: angle from the T-pose [degrees], right side.
 _ARMS_DOWN = {"Shoulder_rotx": 82.0, "Shoulder_rotz": 2.0, "Elbow_rotz": 22.0}
 #: sd of the sway of joints that nothing leads, for a mobility of one [rad].
@@ -44,8 +46,8 @@ def simulate_walking(
 ) -> SimulatedMotion:
     """Simulates a person who walks along a route with flat steps, from standing to standing.
 
-    Standing feet rest exactly; both are on the floor for ``cadence.double_s`` between the steps. The
-    pelvis moves so that the center of pressure is in the standing foot, as the ground reaction
+    Standing feet rest exactly; both are on the floor for ``cadence.double_s`` between the steps.
+    The pelvis moves so that the center of pressure is in the standing foot, as the ground reaction
     found by inverse dynamics has it.
 
     Args:
@@ -58,7 +60,8 @@ def simulate_walking(
         rate_hz: samples per second.
 
     Raises:
-        SimulationError: a route of one place, or steps longer than the legs.
+        SimulationError: a route of one place, steps longer than the legs, or a joint beyond its
+            limit.
     """
     if len(route) < 2 or not rate_hz > 0.0:
         raise SimulationError(
@@ -75,44 +78,50 @@ def simulate_walking(
     loads = {f"{leg.side}HandCOM": 0.5 * load_kg for leg in legs} if load_kg else {}
     provenance = Provenance("simulated: walking", steps=(f"operator kind {operator.kind}",))
 
-    def moved(pelvis: PosePath, time_s: Array) -> tuple[SimulatedMotion, Dynamics]:
+    def motion_of(pelvis: PosePath, t: Array) -> Motion:
         paths = BodyPaths(pelvis, footfalls.feet, footfalls.contacts)
-        motion = whole_body(model, legs, paths, time_s, hanging, None, provenance)
-        carried = {name: np.full(time_s.size, kg) for name, kg in loads.items()}
-        contact = paths.in_contact(time_s)
-        dynamics = solve_dynamics(
-            model, motion, carried, feet=soles(legs, footfalls, time_s), contact=contact
-        )
-        truth = Truth(
-            operator=operator,
-            dof=np.zeros(0, dtype=np.intp),
-            noise=np.zeros((time_s.size, 0)),
-            hands={},
-            segment_id=np.full(time_s.size, -1, dtype=np.int64),
-            load_kg=carried,
-            contact_right=contact[0],
-            contact_left=contact[1],
-            dynamics=dynamics,
-        )
-        return SimulatedMotion(motion, truth), dynamics
+        return whole_body(model, legs, paths, t, hanging, None, provenance)
+
+    def carried(t: Array) -> dict[str, Array]:
+        return {name: np.full(t.size, kg) for name, kg in loads.items()}
 
     def pressure(pelvis: PosePath) -> Array:
-        return on_grid(grid, lambda t: moved(pelvis, t)[1].center_of_pressure)
+        return on_grid(grid, lambda t: center_of_pressure(model, motion_of(pelvis, t), carried(t)))
 
-    pelvis = balanced_pelvis(
-        legs, footfalls, bearing, standing_com(model, hanging(np.zeros(1))[0], legs), pressure
-    )
+    com = standing_com(model, hanging(np.zeros(1))[0], legs)
+    pelvis = balanced_pelvis(legs, footfalls, bearing, com, pressure)
     time_s = np.arange(int(np.floor(end_s * rate_hz)) + 1, dtype=np.float64) / rate_hz
-    return moved(pelvis, time_s)[0]
+    motion = motion_of(pelvis, time_s)
+    refuse_beyond_limits(model, motion)
+    contact = in_contact(footfalls.contacts, time_s)
+    truth = Truth(
+        operator=operator,
+        dof=np.zeros(0, dtype=np.intp),
+        noise=np.zeros((time_s.size, 0)),
+        hands={},
+        segment_id=np.full(time_s.size, -1, dtype=np.int64),
+        load_kg=carried(time_s),
+        contact_right=contact[0],
+        contact_left=contact[1],
+        dynamics=solve_dynamics(
+            model,
+            motion,
+            carried(time_s),
+            feet=soles(legs, footfalls, time_s),
+            contact=contact,
+        ),
+    )
+    return SimulatedMotion(motion, truth)
 
 
 def on_grid(grid: Array, measured: "AngleCourse") -> Array:
-    """Returns what a costly function of time gives on every second grid point, and between them."""
-    return np.asarray(CubicSpline(grid[::2], measured(grid[::2]))(grid))
+    """Returns what a costly function of time gives on some grid points, and between them."""
+    some = grid[::_SOME]
+    return np.asarray(CubicSpline(some, measured(some))(grid))
 
 
 def standing_com(model: HumanModel, angles: Array, legs: tuple[Leg, Leg]) -> Array:
-    """Returns the center of mass from the pelvis, ``3`` [m], for joint angles with straight legs."""
+    """Returns the center of mass from the pelvis, ``3`` [m], with straight legs."""
     q = model.neutral()
     q[7:] = angles
     for leg in legs:
@@ -158,8 +167,8 @@ def walking_angles(
 ) -> AngleCourse:
     """Returns trunk, neck and arm angles of who walks with free hands, as a function of time.
 
-    The arm swings with the opposite leg and the trunk turns with it; on top of that every joint sways
-    a little, by its mobility. Leg angles in it are to be replaced.
+    The arm swings with the opposite leg and the trunk turns with it; on top of that every joint
+    sways a little, by its mobility. Leg angles in it are to be replaced.
     """
     names = model.dof_names
     base = np.array(operator.comfort.neutral)
