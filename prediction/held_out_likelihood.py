@@ -1,15 +1,15 @@
-"""Held-out density of null-space coordinates, in closed form: a criterion for autocorrelated samples.
+"""Held-out density of null-space coordinates in closed form, for autocorrelated samples.
 
-Neighbouring samples of a movement repeat each other. The marginal likelihood takes that for a smooth,
-noise-free law, shortens the length-scales and interpolates; what it then says between and beyond the
-demonstrations is worth little. Here each contiguous part of the demonstrations is predicted from the
-others, sample by sample.
+Neighbouring samples of a movement repeat each other. The marginal likelihood takes that for a
+smooth, noise-free law, shortens the length-scales and interpolates; what it then says between and
+beyond the demonstrations is worth little. Here each contiguous part of the demonstrations is
+predicted from the others, sample by sample.
 
 Derived here (and known as the block form of leave-one-out, Rasmussen and Williams, section 5.4.2):
 with ``A = (K + rho I)^-1`` and the constant mean projected out,
 ``A <- A - A 1 1' A / (1' A 1)``, the prediction error of block B given all other samples is
-``A_BB^-1 (A Y)_B`` and its covariance ``A_BB^-1 (x) S``. Only the diagonal of ``A_BB^-1`` is used: each
-sample is scored on its own. Its error is linear in Y, so W keeps its exact gradient.
+``A_BB^-1 (A Y)_B`` and its covariance ``A_BB^-1 (x) S``. Only the diagonal of ``A_BB^-1`` is used:
+each sample is scored on its own. Its error is linear in Y, so W keeps its exact gradient.
 """
 
 import numpy as np

@@ -41,8 +41,8 @@ class TrainingOptions:
         kernel: See `MiNsGp.fit`.
         optimizer: See `MiNsGp.fit`.
         engine: See `MiNsGp.fit`.
-        criterion: See `MiNsGp.fit`; by default ``held-out``, because human motion repeats itself from
-            sample to sample, and ``marginal`` with gpytorch, which has no other.
+        criterion: See `MiNsGp.fit`; by default ``held-out``, because human motion repeats itself
+            from sample to sample, and ``marginal`` with gpytorch, which has no other.
         max_evaluations: Budget of the weight search, per task.
         blocks: Parts the demonstrations are cut into to measure bands.
     """
