@@ -2,8 +2,8 @@
 
 The recording is a real person handling a box for 19 s, walking meanwhile (Xsens BVH, 60 Hz). The
 first 70 % train; over the rest the recorded right-hand path is taken as what a robot would impose.
-The pelvis moves as recorded: that is an input of the comparison, not a prediction. From measured starts
-every half second, two seconds are predicted in closed loop and held against the recorded posture.
+The pelvis moves as recorded: that is an input of the comparison, not a prediction. From measured
+starts every half second, two seconds are predicted in closed loop and held against what he did.
 
     python examples/box_handling.py RECORDINGS/xsens_bvh_box/MotionBox_XSens.bvh
 
