@@ -2,6 +2,7 @@
 
 from .angles import SIDES, ArmAngles, PostureAngles, Side, posture_angles
 from .back_angle import BACK_JOINTS, BackAngle, BackDose, back_angle, back_dose
+from .blame import reba_blame, rula_blame
 from .cost import DEFAULT_COST, CostDefinition, CostPart, CostSamples, cost_samples
 from .distribution import ScoreDistribution, score_distribution
 from .effort import REFERENCE_MOMENT_NM, effort_l2, effort_quantiles, effort_share, moment_norm
@@ -35,7 +36,7 @@ from .rules import DEFAULT_RULES, ScoringRules
 from .task import Assumption, SecondaryThresholds, TaskContext
 from .timeline import TimeSummary, dose, summarise, time_mean, time_quantile, time_share
 from .worksheet import score_worksheet
-from .worst import WorstMoment, frame_inputs, reba_blame, rula_blame, worst_moments
+from .worst import WorstMoment, frame_inputs, worst_moments
 
 __all__ = [
     "BACK_JOINTS",

@@ -1,8 +1,6 @@
 """The worst moment of a movement: when, which part of the body, and why, in words.
 
-A part is to blame for as many points of the final score as would go away if that part alone were
-at its best. Where no part alone changes the final score, the change of the scores that enter the
-last table decides.
+Which part is to blame is decided by ``blame``: its share of the points over the least score.
 """
 
 from collections.abc import Mapping
@@ -13,31 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .angles import Side
+from .blame import reba_blame, rula_blame
 from .errors import PostureError
 from .evidence import Evidence
 from .method_data import method_data
 from .reba import RebaResult
-from .reba_arrays import (
-    REBA_ADDED,
-    REBA_PARTS,
-    RebaInputs,
-    RebaScores,
-    explain_reba,
-    reba_ranges,
-    score_reba_interval,
-    score_reba_with,
-)
+from .reba_arrays import RebaInputs, RebaScores, explain_reba, score_reba_interval
 from .rula import RulaResult
-from .rula_arrays import (
-    RULA_ADDED,
-    RULA_PARTS,
-    RulaInputs,
-    RulaScores,
-    explain_rula,
-    rula_ranges,
-    score_rula_interval,
-    score_rula_with,
-)
+from .rula_arrays import RulaInputs, RulaScores, explain_rula, score_rula_interval
 from .rules import DEFAULT_RULES, ScoringRules
 from .timeline import time_weights
 
@@ -50,11 +31,8 @@ _PART_WORDS: Mapping[str, str] = {
     "muscle_use": "muscle use",
     "coupling": "grip",
 }
-#: RULA's points that come from one thing and enter twice, for the arm and for the body.
-_TWICE: Mapping[str, tuple[str, str]] = {
-    "muscle_use": ("muscle_a", "muscle_b"),
-    "load": ("force_a", "force_b"),
-}
+#: Where the reason of a part stands that enters twice.
+_REASON_OF: Mapping[str, str] = {"muscle_use": "muscle_a", "load": "force_a"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +47,7 @@ class WorstMoment:
         score: Score of the sample that the words describe: the median one.
         part: The part to blame, by field name; empty if none is.
         body_part: The same in words, or ``none``.
-        points: Mean points of the final score that it is to blame for.
+        points: Mean points of the final score, over its least, that it is to blame for.
         reason: One sentence.
         reasons: Reason of every field of the described sample.
     """
@@ -147,59 +125,6 @@ def worst_moments(
     return tuple(_moment(inputs, frame, float(time[frame]), side, rules) for frame in chosen)
 
 
-def rula_blame(inputs: RulaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[str, Floats]:
-    """Returns how much each part is to blame for RULA, ``(...)`` by part.
-
-    Load and muscle use, which count for the arm and for the body, are one part each.
-
-    Args:
-        inputs: The batch.
-        rules: The conventions to apply.
-
-    Returns:
-        Points of the final score, with a hundredth of the points before the last table added;
-        measured parts only.
-    """
-    base = score_rula_interval(inputs, rules).high
-    least, _ = rula_ranges(frozenset((*RULA_PARTS, *RULA_ADDED)))
-    _, unknown = rula_ranges(inputs.unmeasured)
-    together: dict[str, tuple[str, ...]] = {part: (part,) for part in RULA_PARTS}
-    together |= _TWICE
-    return {
-        name: _drop(
-            base, score_rula_with(inputs, unknown | {part: least[part] for part in parts}, rules)
-        )
-        for name, parts in together.items()
-        if inputs.unmeasured.isdisjoint(parts)
-    }
-
-
-def reba_blame(inputs: RebaInputs, rules: ScoringRules = DEFAULT_RULES) -> dict[str, Floats]:
-    """Returns how much each part is to blame for REBA, ``(...)`` by part.
-
-    Args:
-        inputs: The batch.
-        rules: The conventions to apply.
-
-    Returns:
-        Points of the final score, with a hundredth of the points before the last table added;
-        measured parts only.
-    """
-    base = score_reba_interval(inputs, rules).high
-    parts = [part for part in (*REBA_PARTS, *REBA_ADDED) if part not in inputs.unmeasured]
-    least, _ = reba_ranges(frozenset(parts))
-    _, unknown = reba_ranges(inputs.unmeasured)
-    return {
-        part: _drop(base, score_reba_with(inputs, unknown | {part: least[part]}, rules))
-        for part in parts
-    }
-
-
-def _drop(base: RulaScores | RebaScores, better: RulaScores | RebaScores) -> Floats:
-    final = base.final.astype(np.float64) - better.final
-    return final + 0.01 * (_before_last_table(base) - _before_last_table(better))
-
-
 def _before_last_table(scores: RulaScores | RebaScores) -> Floats:
     if isinstance(scores, RulaScores):
         return scores.score_c.astype(np.float64) + scores.score_d
@@ -227,7 +152,8 @@ def _moment(
     if blame[part].mean() > 0.0:
         words = _PART_WORDS.get(part, part.replace("_", " "))
         body_part = f"{side} {words}" if part in _ONE_SIDED else words
-        why = f"{body_part} {result.reasons[part if part in result.reasons else _TWICE[part][0]]}"
+        told = part if part in result.reasons else _REASON_OF[part]
+        why = f"{body_part} {result.reasons[told]}"
     else:
         part, body_part, why = "", "none", "no part stands out"
     return WorstMoment(

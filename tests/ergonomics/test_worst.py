@@ -10,16 +10,14 @@ from ergonomics import (
     explain_rula,
     frame_inputs,
     posture_angles,
-    reba_blame,
-    rula_blame,
     rula_inputs,
     score_rula,
     score_rula_interval,
+    score_rula_with,
     worst_moments,
 )
 
 from .puppet import FORWARD, LEFT, Sticks, pose, stack, turn
-from .random_postures import random_reba, random_rula
 
 _TIME = np.arange(6.0)
 
@@ -45,8 +43,25 @@ def test_worst_moment_names_time_part_and_reason(changes, frame, body_part, word
     assert worst.body_part == body_part
     assert words in worst.reason
     assert worst.score == score_rula(inputs).final[frame]
-    assert worst.points >= 1.0
+    assert worst.points >= 0.5
     assert json.loads(json.dumps(worst.to_dict()))["body_part"] == body_part
+
+
+def test_neither_trunk_nor_neck_gets_off_in_a_deep_stoop():
+    inputs = _rested(
+        upper_arm_deg=50.0,
+        trunk_deg=np.array([0, 0, 80.0, 0, 0, 0]),
+        neck_deg=np.array([0, 0, -30.0, 0, 0, 0]),
+        trunk_twisted=True,
+        force_a=1,
+        force_b=1,
+    )
+    worse = score_rula(inputs).final[2]
+    for part in ("trunk", "neck"):
+        assert score_rula_with(inputs, {part: 1}).final[2] == worse, "one alone changes nothing"
+    assert score_rula_with(inputs, {"upper_arm": 1}).final[2] < worse
+    (worst,) = worst_moments(inputs, _TIME, side="left")
+    assert (worst.index, worst.body_part) == (2, "trunk")
 
 
 def test_measured_boxes_are_told_with_their_numbers():
@@ -86,14 +101,6 @@ def test_reba_moments_speak_of_reba():
     (worst,) = worst_moments(inputs, _TIME, side="left")
     assert worst.reason.startswith(f"REBA {worst.score} ")
     assert worst.body_part == "trunk"
-
-
-@pytest.mark.parametrize(("make", "blame"), [(random_rula, rula_blame), (random_reba, reba_blame)])
-def test_no_part_is_to_blame_for_less_than_nothing(make, blame):
-    drops = blame(make(np.random.default_rng(0), 3_000))
-    for part, drop in drops.items():
-        assert (drop >= 0).all(), part
-        assert (drop >= 1).any() or part in ("legs", "wrist_twist", "coupling"), part
 
 
 def test_one_frame_of_a_batch_keeps_scores_and_words():
