@@ -45,7 +45,7 @@ def test_a_dropped_recording_is_scored_and_played(score_page: Page) -> None:
 
 
 def test_the_load_that_is_typed_in_is_sent(score_page: Page) -> None:
-    score_page.get_by_label("Load in hand").fill("6")
+    score_page.get_by_label("Load in both hands").fill("6")
     score_page.get_by_label("Height").fill("1.81")
     with score_page.expect_request("**/v1/scores") as sent:
         drop(score_page, BVH)

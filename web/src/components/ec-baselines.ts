@@ -1,9 +1,10 @@
-import { LitElement, css, html, nothing } from "lit";
+import { LitElement, html, nothing } from "lit";
 import { customElement, property } from "lit/decorators.js";
 
 import { figure } from "../common/format";
 import { methodWords } from "../common/names";
 import { sharedStyles } from "../common/shared-styles";
+import { tableStyles } from "../common/table-styles";
 import type { Candidate } from "../data/types";
 import { baselineRows } from "./baseline-rows";
 
@@ -14,43 +15,7 @@ export class EcBaselines extends LitElement {
   @property() selected: string | null = null;
   @property() method = "";
 
-  static override styles = [
-    sharedStyles,
-    css`
-      :host {
-        display: block;
-      }
-      table {
-        border-collapse: collapse;
-        width: 100%;
-      }
-      th {
-        font-weight: 560;
-        font-size: 0.79rem;
-        color: var(--ink-soft);
-        text-align: right;
-      }
-      td {
-        text-align: right;
-      }
-      th:first-child,
-      td:first-child {
-        text-align: left;
-      }
-      th,
-      td {
-        padding: 0.32rem 0 0.32rem 0.8rem;
-        border-bottom: 1px solid var(--line);
-      }
-      th:first-child,
-      td:first-child {
-        padding-left: 0;
-      }
-      tr:last-child td {
-        border-bottom: none;
-      }
-    `,
-  ];
+  static override styles = [sharedStyles, tableStyles];
 
   override render() {
     const rows = baselineRows(this.candidates, this.selected, this.method);

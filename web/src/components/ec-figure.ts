@@ -236,7 +236,7 @@ export class EcFigure extends LitElement {
     }
     this.#person = new Mannequin(new Skeleton(this.urdf));
     this.#person.skeleton.addTo(stage.scene);
-    if (this.posture.target) {
+    if (this.posture.target?.position_m.length) {
       this.#path = new HandPath(this.posture.target.position_m);
       stage.scene.add(this.#path.group);
     }
@@ -291,7 +291,7 @@ export class EcFigure extends LitElement {
     return valueAt(this.posture.time_s, efforts, this.playback?.time ?? 0);
   }
 
-  /** Frames the whole movement once per model, so that changing candidates keeps the view. */
+  /** Frames body and path once per model, so that changing candidates keeps the view. */
   #frameOnce(): void {
     const stage = this.#stage;
     if (!stage || !this.#person || !this.posture) return;
@@ -303,13 +303,8 @@ export class EcFigure extends LitElement {
     if (this.#framedFor === key) return;
     this.#framedFor = key;
     const robot = this.#person.skeleton.robot;
-    const box = new Box3();
     const bounds = new Box3().setFromObject(robot);
-    const here = robot.position.clone();
-    for (const [x, y, z] of this.posture.base.position_m) {
-      const offset = new Vector3(x, y, z).sub(here);
-      box.union(bounds.clone().translate(offset));
-    }
+    const box = bounds.clone();
     for (const [x, y, z] of this.posture.target?.position_m ?? []) {
       box.expandByPoint(new Vector3(x, y, z));
     }

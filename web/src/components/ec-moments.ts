@@ -53,6 +53,10 @@ export class EcMoments extends LitElement {
       button[aria-current="true"] {
         background: var(--accent-soft);
       }
+      .more {
+        display: block;
+        margin-top: 0.2rem;
+      }
       .score {
         font-weight: 620;
         text-align: center;
@@ -81,7 +85,7 @@ export class EcMoments extends LitElement {
   #item(moment: Moment) {
     const score = moment.score ?? moment.rula;
     const now = this.playback && Math.abs(this.playback.time - moment.time_s) < NEAR_S;
-    const { part, matter } = momentWords(moment);
+    const { part, matter, more } = momentWords(moment);
     return html`<li>
       <button aria-current=${now ? "true" : "false"} @click=${() => this.#go(moment)}>
         <span class="score number l${level(score)}" title="RULA score"
@@ -89,7 +93,11 @@ export class EcMoments extends LitElement {
         >
         <span class="number soft">${moment.time_s.toFixed(2)} s</span>
         <span title=${moment.reason ?? nothing}
-          >${part ? html`<b>${part}</b> ` : nothing}${matter}</span
+          >${part ? html`<b>${part}</b> ` : nothing}${matter}${
+            now && more.length > 0
+              ? html`<span class="more small soft">${more.join("; ")}</span>`
+              : nothing
+          }</span
         >
       </button>
     </li>`;

@@ -137,7 +137,7 @@ export class EcPlayer extends LitElement {
               : nothing
           }
           <button @click=${() => this.figure.resetView()}>Reset view</button>
-          ${this.posture?.target ? html`<span class="key soft">Hand path</span>` : nothing}
+          ${this.posture?.target?.position_m.length ? html`<span class="key soft">Hand path</span>` : nothing}
         </div>
         ${this.busy ? html`<span class="busy tag">Loading…</span>` : nothing}
       </div>

@@ -33,6 +33,7 @@ export class Stage {
   readonly #floor: Mesh<CircleGeometry, MeshStandardMaterial>;
   #grid: GridHelper | null = null;
   readonly #sun = new DirectionalLight(0xffffff, 2.1);
+  readonly #followed = new Vector3();
   #pending = 0;
   /** Number of pictures drawn so far. */
   drawn = 0;
@@ -88,8 +89,13 @@ export class Stage {
     if (this.#grid) this.#grid.position.z = height + 0.001;
   }
 
-  /** Keeps the light and its shadow over a body that walks. */
+  /** Keeps camera, light and shadow with a body that walks; the view onto it stays as it was turned. */
   follow(position: Vector3): void {
+    const step = new Vector3(position.x - this.#followed.x, position.y - this.#followed.y, 0);
+    this.#followed.copy(position);
+    this.camera.position.add(step);
+    this.controls.target.add(step);
+    this.controls.update();
     this.#sun.position.copy(position).add(new Vector3(1.2, -1.6, 3.2));
     this.#sun.target.position.copy(position);
   }

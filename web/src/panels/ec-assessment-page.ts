@@ -2,13 +2,14 @@ import { LitElement, type PropertyValues, css, html, nothing } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 
 import { Playback } from "../common/playback";
-import { jointOfMoment } from "../common/moment-words";
+import { distinctMoments, jointOfMoment } from "../common/moment-words";
 import { handleKey } from "../common/page-keys";
 import { sharedStyles } from "../common/shared-styles";
 import { peakEffort, ranked, verdictOf } from "../common/verdict";
 import "../components/ec-assumed";
 import "../components/ec-baselines";
 import "../components/ec-candidates";
+import "../components/ec-held-out";
 import "../components/ec-moments";
 import "../components/ec-player";
 import "../components/ec-problem";
@@ -94,11 +95,8 @@ export class EcAssessmentPage extends LitElement {
     const candidate = this.candidate;
     if (!assessment || !candidate) return html`<main><p class="empty soft">Loading…</p></main>`;
     const verdict = verdictOf(assessment);
-    const moments = candidate.moments?.length
-      ? candidate.moments
-      : candidate.worst
-        ? [candidate.worst]
-        : [];
+    const worst = candidate.worst ? [candidate.worst] : [];
+    const moments = distinctMoments(candidate.moments?.length ? candidate.moments : worst);
     return html`
       <main>
         <section class="answer">
@@ -167,12 +165,13 @@ export class EcAssessmentPage extends LitElement {
             ></ec-assumed>
           </section>
           <section class="card">
-            <h2>Beside simpler predictors, for ${candidate.id}</h2>
+            <h2>What simpler predictors say of ${candidate.id}</h2>
             <ec-baselines
               .candidates=${assessment.candidates}
               .selected=${candidate.id}
               .method=${this.model?.method ?? assessment.methods[0] ?? ""}
             ></ec-baselines>
+            <ec-held-out .metrics=${this.model?.metrics ?? null}></ec-held-out>
           </section>
         </div>
       </main>

@@ -3,6 +3,7 @@ import { customElement, property, state } from "lit/decorators.js";
 
 import { atLeast } from "../common/distributions";
 import { figure, percent } from "../common/format";
+import { distinctMoments } from "../common/moment-words";
 import { compareJoints, jointWords } from "../common/names";
 import type { Playback } from "../common/playback";
 import {
@@ -89,7 +90,7 @@ export class EcCandidatePlots extends LitElement {
   }
 
   get #marks(): number[] {
-    return (this.candidate?.moments ?? []).map((moment) => moment.time_s);
+    return distinctMoments(this.candidate?.moments ?? []).map((moment) => moment.time_s);
   }
 
   #scoreChart(candidate: Candidate) {
@@ -151,7 +152,7 @@ export class EcCandidatePlots extends LitElement {
     if (!back) return nothing;
     const other = this.compare?.back_angle_deg;
     return html`<ec-chart
-      label="Back angle"
+      label="Back angle, along the spine"
       unit="°"
       .lines=${lines(back.time_s, back.p50, other?.time_s, other?.p50)}
       .range=${{ label: "5–95 %", times: back.time_s, low: back.p05, high: back.p95 }}

@@ -2,6 +2,8 @@ import { LitElement, css, html, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
 import { percent, seconds } from "../common/format";
+import { inspectionWords } from "../common/inspection-words";
+import { distinctMoments } from "../common/moment-words";
 import { handleKey } from "../common/page-keys";
 import { Playback } from "../common/playback";
 import {
@@ -30,7 +32,14 @@ import { pageStyles } from "./page-styles";
 const FIELDS = [
   { key: "height_m", label: "Height", unit: "m", step: "0.01", least: "0.5", most: "2.5" },
   { key: "mass_kg", label: "Mass", unit: "kg", step: "0.5", least: "10", most: "300" },
-  { key: "hand_load_kg", label: "Load in hand", unit: "kg", step: "0.1", least: "0", most: "100" },
+  {
+    key: "hand_load_kg",
+    label: "Load in both hands",
+    unit: "kg",
+    step: "0.1",
+    least: "0",
+    most: "100",
+  },
 ] as const;
 
 /** A recording scored: drop a file, see the worst moments on the body. */
@@ -70,6 +79,14 @@ export class EcScorePage extends LitElement {
       label select {
         width: 100%;
         color: var(--ink);
+      }
+      .notes li {
+        padding: 0.3rem 0;
+        border-bottom: 1px solid var(--line);
+        overflow-wrap: anywhere;
+      }
+      .notes li:last-child {
+        border: none;
       }
       .summary {
         padding: 0.7rem 0.9rem;
@@ -135,10 +152,13 @@ export class EcScorePage extends LitElement {
         <div class="card">${this.#form()}</div>
       </section>`;
     }
+    const read = inspectionWords(this.recording?.inspection ?? {});
     return html`<main>
       <section class="answer">
         <h1>${headline(result)}</h1>
-        <p>${this.recording?.name ?? result.recording_id}</p>
+        <p>
+          ${[this.recording?.name ?? result.recording_id, read.facts].filter(Boolean).join(": ")}
+        </p>
       </section>
       <div class="left">
         <details class="card">
@@ -148,7 +168,10 @@ export class EcScorePage extends LitElement {
         <section class="card summary">${summaryTable(result)}</section>
         <section class="card moments" aria-label="Worst moments">
           <h2>Worst moments</h2>
-          <ec-moments .moments=${result.worst} .playback=${this.playback}></ec-moments>
+          <ec-moments
+            .moments=${distinctMoments(result.worst)}
+            .playback=${this.playback}
+          ></ec-moments>
         </section>
       </div>
       <div class="body">
@@ -165,6 +188,16 @@ export class EcScorePage extends LitElement {
           <h2>Assumed, not measured</h2>
           <ec-assumed .assumed=${result.assumed}></ec-assumed>
         </section>
+        ${
+          read.notes.length > 0
+            ? html`<section class="card">
+                <h2>What was read</h2>
+                <ul class="notes">
+                  ${read.notes.map((note) => html`<li>${note}</li>`)}
+                </ul>
+              </section>`
+            : nothing
+        }
       </div>
     </main>`;
   }
@@ -241,7 +274,7 @@ export class EcScorePage extends LitElement {
     ];
     const reading = (score: "rula" | "reba") => (time: number) =>
       `${nearestValue(times, result[score], time)}  (left ${nearestValue(times, result.sides.left[score], time)}, right ${nearestValue(times, result.sides.right[score], time)})`;
-    const marks = result.worst.map((moment) => moment.time_s);
+    const marks = distinctMoments(result.worst).map((moment) => moment.time_s);
     return html`
       <ec-chart
         label="RULA, worse side"
@@ -265,7 +298,7 @@ export class EcScorePage extends LitElement {
         .reading=${reading("reba")}
       ></ec-chart>
       <ec-chart
-        label="Back angle"
+        label="Back angle, along the spine"
         unit="°"
         timeAxis
         .lines=${[{ label: "back", times, values: result.back_angle_deg, kind: "main" }]}
