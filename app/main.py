@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from app import dashboard, problem_handlers
 from app.access import Access
 from app.assessments.endpoints import router as assessments
+from app.body_limit import BodyLimit
 from app.health.endpoints import router as health
 from app.models.endpoints import router as models
 from app.operations.endpoints import router as operations
@@ -47,11 +48,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=VERSION,
         description=_ABOUT,
         lifespan=lifespan,
-        max_body_size=settings.max_body_bytes,
         # A field that the client did not know about must not silently become a second schema.
         separate_input_output_schemas=False,
     )
     app.state.service = service
+    app.add_middleware(
+        BodyLimit, json_bytes=settings.max_body_bytes, upload_bytes=settings.max_upload_bytes
+    )
     app.add_middleware(Access, keys=settings.keys)
     problem_handlers.install(app)
     for router in (worksheets, models, recordings, scores, assessments, operations, health):

@@ -100,7 +100,9 @@ async def _on_http(request: Request, error: Exception) -> Response:
     if error.status_code == 404 and detail == "Not Found":
         detail = f"There is nothing at {request.url.path}."
     problem = kind(str(detail), headers=dict(error.headers or {}))
-    return problem_response(problem, request.url.path, status=error.status_code)
+    # A body that cannot even be parsed is malformed like any other.
+    status = 422 if error.status_code == 400 else error.status_code
+    return problem_response(problem, request.url.path, status=status)
 
 
 async def _on_unforeseen(request: Request, error: Exception) -> Response:

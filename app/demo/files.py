@@ -12,7 +12,7 @@ from app.demo.scene import candidates, person, request, trained
 from app.files import write_bytes, write_json
 from app.training import Trained
 from human.readers import write_bvh
-from human.simulate.box_handling import simulate_box_handling
+from human.simulate import simulate_box_handling
 from prediction import save_model
 
 Progress = Callable[[str, float], None]

@@ -24,8 +24,6 @@ _RAW_BODY = {
     status_code=201,
     responses=declared(TooLarge, UnsupportedFormat, Unreadable),
     openapi_extra=_RAW_BODY,
-    # The upload's own, larger limit holds here: see Settings.max_upload_bytes.
-    max_body_size=1 << 62,
 )
 async def add_recording(
     request: Request,

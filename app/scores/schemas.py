@@ -76,8 +76,13 @@ class ScoreResult(BaseModel):
     #: Frames between two entries of the time series; summaries use every frame.
     every_frames: int
     sides: Sides
+    #: Of the worse side. Where segments were not measured, the greatest that they allow; the least
+    #: is beside it.
     rula: list[int]
     reba: list[int]
+    rula_least: list[int]
+    reba_least: list[int]
+    unmeasured: list[str]
     back_angle_deg: list[float]
     summary: Summaries
     worst: list[WorstMoment]

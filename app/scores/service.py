@@ -150,6 +150,9 @@ def score_recording(
         },
         "rula": scores.worst_rula[kept].tolist(),
         "reba": scores.worst_reba[kept].tolist(),
+        "rula_least": _least(scores.rula_least)[kept].tolist(),
+        "reba_least": _least(scores.reba_least)[kept].tolist(),
+        "unmeasured": sorted(unmeasured),
         "back_angle_deg": rounded(back[kept], 3),
         "summary": {
             "rula": _summary(scores.worst_rula, time_s),
@@ -207,6 +210,11 @@ def _unmeasured(recording: Recording, fitted: FittedRecording) -> frozenset[str]
     status = recording.segment_status
     missing = {name for name, state in status.items() if state == "unmeasured"}
     return frozenset(missing | set(fitted.diagnostics.filled_segments))
+
+
+def _least(by_side: Mapping[Side, NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Returns the worse side of the least scores."""
+    return np.maximum(by_side["left"], by_side["right"])
 
 
 def _summary(finals: NDArray[np.uint8], time_s: Array) -> dict[str, Any]:
@@ -280,7 +288,7 @@ def _assumed(
             )
         )
     if unmeasured:
-        low = np.maximum(scores.rula_least["left"], scores.rula_least["right"])
+        low = _least(scores.rula_least)
         found.append(
             Assumption(
                 what="segments that were not measured",

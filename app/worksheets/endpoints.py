@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Body
 from pydantic import WithJsonSchema
 
 from app.problem_handlers import declared
@@ -12,7 +12,7 @@ from app.worksheets.service import score_worksheet
 
 router = APIRouter(prefix="/v1/worksheets", tags=["worksheets"])
 
-_Document = Annotated[Any, WithJsonSchema(Worksheet.model_json_schema())]
+_Document = Annotated[Any, Body(), WithJsonSchema(Worksheet.model_json_schema())]
 
 
 @router.post(

@@ -13,7 +13,14 @@ from app.main import create_app
 from app.models.operator import Operator, open_operator
 from app.settings import Settings
 from human import Chain, HumanModel, Subject, generate_model
-from human.simulate import RobotScene, operator, robot_trajectories, simulate_reaching
+from human.readers import write_bvh
+from human.simulate import (
+    RobotScene,
+    operator,
+    robot_trajectories,
+    simulate_box_handling,
+    simulate_reaching,
+)
 from prediction import (
     TrainingOptions,
     demonstrations_from_motion,
@@ -116,6 +123,29 @@ def model_id(api: TestClient, scene: Scene) -> str:
         "/v1/models?name=operator.safetensors",
         content=scene.file.read_bytes(),
         headers={"Content-Type": "application/vnd.ergocast.model"},
+    )
+    assert answer.status_code == 201, answer.text
+    return str(answer.json()["id"])
+
+
+@pytest.fixture(scope="session")
+def bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of the simulated person carrying a box."""
+    person = operator("average", np.random.default_rng(7))
+    motion = simulate_box_handling(
+        scene.model, person, np.random.default_rng(5), rate_hz=20.0
+    ).motion
+    file = tmp_path_factory.mktemp("recording") / "box.bvh"
+    write_bvh(file, scene.model, motion)
+    return file
+
+
+def upload(api: TestClient, file: Path) -> str:
+    """Uploads a recording and returns its id."""
+    answer = api.post(
+        f"/v1/recordings?name={file.name}",
+        content=file.read_bytes(),
+        headers={"Content-Type": "application/octet-stream"},
     )
     assert answer.status_code == 201, answer.text
     return str(answer.json()["id"])
