@@ -1,0 +1,1 @@
+"""Benchmarks of posture prediction; run on purpose, never in the test run."""
