@@ -305,6 +305,9 @@ export class EcFigure extends LitElement {
     const robot = this.#person.skeleton.robot;
     const bounds = new Box3().setFromObject(robot);
     const box = bounds.clone();
+    // Whoever bends at first will stand up: leave room for the whole stature.
+    const crown = bounds.min.z + this.#person.stature;
+    box.expandByPoint(new Vector3(robot.position.x, robot.position.y, crown));
     for (const [x, y, z] of this.posture.target?.position_m ?? []) {
       box.expandByPoint(new Vector3(x, y, z));
     }

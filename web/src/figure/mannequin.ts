@@ -17,7 +17,8 @@ const side = (segment: string) => segment.replace(/^(Right|Left)/, "");
 /** The outline of a person hung on a skeleton, with a marker at every spherical joint. */
 export class Mannequin {
   readonly joints = new Map<string, Mesh<BufferGeometry, MeshBasicMaterial>>();
-  readonly #stature: number;
+  /** Height from sole to crown, metres; for the eye, within a few per cent. */
+  readonly stature: number;
   readonly #owned: (BufferGeometry | Material)[] = [];
   readonly skin: MeshStandardMaterial;
 
@@ -29,7 +30,7 @@ export class Mannequin {
     readonly ghost = false,
   ) {
     // From joint to joint the body is a little shorter than from sole to crown.
-    this.#stature = skeleton.span * 1.17;
+    this.stature = skeleton.span * 1.17;
     this.skin = new MeshStandardMaterial({
       roughness: 0.78,
       metalness: 0,
@@ -75,7 +76,7 @@ export class Mannequin {
   }
 
   #shapesOf(name: string, span: SegmentSpan): BufferGeometry[] {
-    const h = this.#stature;
+    const h = this.stature;
     const part = side(name);
     if (part === "Head") return [this.#head(), this.#nose()];
     if (part === "Pelvis") {
@@ -102,7 +103,7 @@ export class Mannequin {
 
   #section(part: string): [number, number] {
     const [depth, width] = TRUNK[part]!;
-    return [depth * this.#stature, width * this.#stature];
+    return [depth * this.stature, width * this.stature];
   }
 
   #chest(length: number): BufferGeometry {
@@ -111,7 +112,7 @@ export class Mannequin {
   }
 
   #head(): BufferGeometry {
-    const h = this.#stature;
+    const h = this.stature;
     return new SphereGeometry(1, 36, 28)
       .scale(0.054 * h, 0.043 * h, 0.064 * h)
       .translate(0.012 * h, 0, 0.05 * h);
@@ -119,7 +120,7 @@ export class Mannequin {
 
   /** Says which way the face looks. */
   #nose(): BufferGeometry {
-    const h = this.#stature;
+    const h = this.stature;
     return new SphereGeometry(1, 16, 12)
       .scale(0.011 * h, 0.0065 * h, 0.012 * h)
       .translate(0.066 * h, 0, 0.043 * h);
@@ -127,7 +128,7 @@ export class Mannequin {
 
   /** Where a segment without children ends: fingers along the arm, toes forward. */
   #freeEnd(name: string): Vector3 {
-    const h = this.#stature;
+    const h = this.stature;
     if (name.endsWith("Hand"))
       return new Vector3(0, name.startsWith("Right") ? -1 : 1, 0).multiplyScalar(0.082 * h);
     if (name.endsWith("Toe")) return new Vector3(0.03 * h, 0, 0);
@@ -135,7 +136,7 @@ export class Mannequin {
   }
 
   #addJoints(): void {
-    const h = this.#stature;
+    const h = this.stature;
     for (const [joint, segment] of this.skeleton.segmentOfJoint) {
       const span = this.skeleton.spans.get(segment);
       if (!span) continue;
