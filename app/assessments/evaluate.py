@@ -13,7 +13,7 @@ from app.assessments.poses import Array
 from app.assessments.predict import Predicted
 from app.assessments.schemas import AssessmentRequest, Assumption
 from app.models.operator import Operator
-from app.scoring import SIDES, BodyScores, score_body, tasks_of
+from app.scoring import BodyScores, score_body, tasks_of
 from ergonomics import (
     DEFAULT_COST,
     CostSamples,
@@ -148,9 +148,3 @@ def _few(inputs: Any) -> Any:
         for name, array in inputs.arrays().items()
     }
     return replace(inputs, **arrays, evidence={})  # type: ignore[arg-type]
-
-
-def worst_side(scores: BodyScores) -> Side:
-    """Returns the side whose mean RULA peaks higher; the right one if they are equal."""
-    peaks = {side: float(scores.rula[side].mean(axis=0).max()) for side in SIDES}
-    return "left" if peaks["left"] > peaks["right"] else "right"

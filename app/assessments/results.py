@@ -15,6 +15,7 @@ from app.scoring import SIDES
 from ergonomics import (
     RankedCandidate,
     ScoreDistribution,
+    Side,
     WorstMoment,
     effort_share,
     score_distribution,
@@ -57,7 +58,7 @@ def slot_result(
     """Returns the answer of one candidate."""
     time_s = evaluated.predicted.slot.path.time_s
     scores = evaluated.scores
-    moments = _moments(evaluated)
+    moments = _moments(evaluated, led_side(request))
     rula = score_distribution(scores.worst_rula, "rula")
     return {
         "id": evaluated.predicted.slot.id,
@@ -139,8 +140,11 @@ def _band(values: Array, digits: int) -> dict[str, Any]:
     }
 
 
-def _moments(evaluated: Evaluated) -> list[WorstMoment]:
-    """Returns the worst moments of either side, worst first, apart in time."""
+def _moments(evaluated: Evaluated, led: Side) -> list[WorstMoment]:
+    """Returns the worst moments of either side, worst first, apart in time.
+
+    Of equal ones the led side's comes first: it is the one the robot can do something about.
+    """
     time_s = evaluated.predicted.slot.path.time_s
     found = [
         moment
@@ -153,7 +157,7 @@ def _moments(evaluated: Evaluated) -> list[WorstMoment]:
             apart_s=MOMENTS_APART_S,
         )
     ]
-    found.sort(key=lambda moment: -moment.expected)
+    found.sort(key=lambda moment: (-moment.expected, moment.side != led, moment.time_s))
     chosen: list[WorstMoment] = []
     for moment in found:
         apart = all(abs(moment.time_s - other.time_s) >= MOMENTS_APART_S for other in chosen)

@@ -19,8 +19,10 @@ def inspect(
     record = inspection_record(inspect_recording(file))
     if as_json:
         print_json(record)
-    else:
-        console().print(facts(file.name, record))
+        return
+    for kind in ("problems", "notes"):
+        record[kind] = [f"{one['place']}: {one['message']} ({one['code']})" for one in record[kind]]
+    console().print(facts(file.name, record))
 
 
 def register(cli: typer.Typer) -> None:

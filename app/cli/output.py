@@ -99,14 +99,15 @@ def show(value: Any) -> str:
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
     """Yields a progress bar on standard error; silent for machines and where no one looks."""
+    page = Console(stderr=True)
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
         BarColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=page,
         transient=True,
-        disable=quiet,
+        disable=quiet or not page.is_terminal,
     ) as bar:
         yield bar
