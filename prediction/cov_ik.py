@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 SHRINKAGE = 0.1
 
 
+def shrunk_moment(qdot: Array) -> Array:
+    """Returns the second moment ``(n, n)`` of joint velocities ``(N, n)``, its diagonal raised."""
+    moment = qdot.T @ qdot / len(qdot)
+    return np.asarray(moment + SHRINKAGE * np.diag(np.diagonal(moment)))
+
+
 @dataclass(frozen=True, slots=True)
 class CovIk(Predictor):
     """The joint velocity of a Gaussian, given that the hand moves as led.
@@ -54,8 +60,7 @@ class CovIk(Predictor):
         """Takes the second moment; ``rng`` is not used."""
         check_stop(should_stop)
         demonstrations.check_enough()
-        moment = demonstrations.qdot.T @ demonstrations.qdot / len(demonstrations)
-        moment = moment + SHRINKAGE * np.diag(np.diagonal(moment))
+        moment = shrunk_moment(demonstrations.qdot)
         return cls(moment, 1.0, NullSpaceBasis.around(demonstrations.jacobian))
 
     @property

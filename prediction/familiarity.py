@@ -13,8 +13,9 @@ Array = NDArray[np.float64]
 WIDTH = float(np.exp(-0.75))
 #: Samples near a posture that make it half familiar.
 HALF_COUNT = float(np.exp(3.0))
-#: Centres kept. With few, the gaps between them are wider than the kernel and a demonstrated posture can
-#: count as unseen: with 256 of 3200 samples the least familiar one got 0.00, with 1024 it gets 0.31.
+#: Centres kept. With few, the gaps between them are wider than the kernel and a demonstrated
+#: posture can count as unseen: with 256 of 3200 samples the least familiar one got 0.00, with 1024
+#: it gets 0.31.
 MAX_CENTRES = 1024
 #: Bands widen by 1 + SLOPE (1 - familiarity).
 SLOPE = 2.5

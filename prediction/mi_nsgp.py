@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.compression import Posterior, compressed_posterior
+from prediction.cov_ik import shrunk_moment
 from prediction.demonstrations import Demonstrations
 from prediction.errors import UnsupportedMethodError
 from prediction.held_out_likelihood import HeldOutEngine
@@ -20,6 +21,7 @@ from prediction.weight_search import (
     NullSpaceTargets,
     Optimizer,
     WeightSearch,
+    scaled_correlation,
     search_bipop,
     search_gradient,
 )
@@ -30,6 +32,9 @@ ENGINES: tuple[EngineName, ...] = ("fast", "gpytorch")
 #: ``marginal`` likelihood, or the density of parts ``held-out`` in turn, for autocorrelated motion.
 Criterion = Literal["marginal", "held-out"]
 CRITERIA: tuple[Criterion, ...] = ("marginal", "held-out")
+#: ``diagonal`` W as in the paper, or ``correlated``: joint correlations from the demonstrations.
+WeightKind = Literal["diagonal", "correlated"]
+WEIGHTS: tuple[WeightKind, ...] = ("diagonal", "correlated")
 #: Contiguous parts of the held-out criterion.
 HELD_OUT_PARTS = 8
 
@@ -52,7 +57,8 @@ class MiNsGp(Predictor):
     demonstrations are few or another motion must be predicted from them.
 
     Attributes:
-        log_weights: Diagonal of log W, mean zero, ``(n,)``.
+        log_weights: Log of the diagonal of W, mean zero, ``(n,)``.
+        correlation: Correlation of the joints in W, ``(n, n)``; None if W is diagonal.
         theta: Log length-scales and log noise ratio.
         mean: Constant mean of y, ``(k,)`` rad/s.
         output_covariance: S, ``(k, k)`` (rad/s)^2.
@@ -71,6 +77,7 @@ class MiNsGp(Predictor):
     name: ClassVar[str] = "mi-nsgp"
 
     log_weights: Array
+    correlation: Array | None
     theta: Array
     mean: Array
     output_covariance: Array
@@ -93,6 +100,7 @@ class MiNsGp(Predictor):
         optimizer: Optimizer = "bipop",
         engine: EngineName = "fast",
         criterion: Criterion = "marginal",
+        weights: WeightKind = "diagonal",
         max_evaluations: int = 3000,
         max_samples: int = MAX_SAMPLES,
     ) -> Self:
@@ -109,6 +117,8 @@ class MiNsGp(Predictor):
             engine: ``fast``, or ``gpytorch`` as the slow reference.
             criterion: ``marginal`` likelihood as in the paper, or ``held-out``: the density of
                 contiguous parts given the rest, for motion whose samples repeat their neighbours.
+            weights: ``diagonal``, or ``correlated``: W has the correlations of the demonstrated
+                joint velocities and its diagonal is searched from theirs, where it is `CovIk`'s.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.
 
@@ -125,6 +135,7 @@ class MiNsGp(Predictor):
             ("optimizer", optimizer, OPTIMIZERS),
             ("engine", engine, ENGINES),
             ("criterion", criterion, CRITERIA),
+            ("weights", weights, WEIGHTS),
         ):
             if asked not in known:
                 raise UnsupportedMethodError(kind, asked, known)
@@ -134,8 +145,11 @@ class MiNsGp(Predictor):
         basis = NullSpaceBasis.around(kept.jacobian)
         scaling = InputScaling.of(kernel, kept.q, kept.xdot, kept.linear_rows)
         likelihood = _engine(engine, criterion, scaling, kept)
-        targets = NullSpaceTargets(kept, basis)
-        search = WeightSearch(np.zeros(kept.q.shape[1]), -np.inf, 0)
+        correlation, start = None, np.zeros(kept.q.shape[1])
+        if weights == "correlated":
+            start, correlation = demonstrated_weights(kept)
+        targets = NullSpaceTargets(kept, basis, correlation)
+        search = WeightSearch(start, -np.inf, 0)
         theta = np.array([0.0] * scaling.scales + [np.log(0.1)])
         if scaling.scales == 2:
             theta[1] = 1.0
@@ -180,7 +194,9 @@ class MiNsGp(Predictor):
                 progress("fitting the kernel", (turn + 1) / ROUNDS, reached)
             if reached - before < ROUND_TOLERANCE or used >= max_evaluations:
                 break
-        return cls._conditioned(kept, basis, scaling, search.log_weights, theta, search.score, used)
+        return cls._conditioned(
+            kept, basis, scaling, search.log_weights, correlation, theta, search.score, used
+        )
 
     @classmethod
     def _conditioned(
@@ -189,11 +205,12 @@ class MiNsGp(Predictor):
         basis: NullSpaceBasis,
         scaling: InputScaling,
         log_weights: Array,
+        correlation: Array | None,
         theta: Array,
         score: float,
         evaluations: int,
     ) -> Self:
-        y = NullSpaceTargets(demonstrations, basis).one(log_weights)
+        y = NullSpaceTargets(demonstrations, basis, correlation).one(log_weights)
         inputs = scaling.inputs(demonstrations.q, demonstrations.xdot, theta[:-1])
         noise = float(np.exp(theta[-1]))
         plain = compressed_posterior(
@@ -209,6 +226,7 @@ class MiNsGp(Predictor):
         weights = plain.mean_weights[:, :-1] - plain.mean_weights[:, -1:] * mean
         return cls(
             log_weights=log_weights,
+            correlation=correlation,
             theta=theta,
             mean=mean,
             output_covariance=0.5 * (S + S.T),
@@ -227,8 +245,8 @@ class MiNsGp(Predictor):
 
     @property
     def weights(self) -> Array:
-        """The learned diagonal of W, geometric mean one."""
-        return np.asarray(np.exp(self.log_weights))
+        """The learned W; the geometric mean of its diagonal is one."""
+        return scaled_correlation(self.log_weights, self.correlation)
 
     def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
         """The mean of the process."""
@@ -253,14 +271,17 @@ class MiNsGp(Predictor):
             self.reference,
             self.scaling,
             self.log_weights,
+            self.correlation,
             self.theta,
             self.score,
             self.evaluations,
         )
 
     def implied_costs(self) -> Array:
-        """Returns ``1 / W``: joint costs for weighted inverse kinematics libraries, ``(n,)``."""
-        return np.asarray(np.exp(-self.log_weights))
+        """Returns the diagonal of ``W^-1``, ``(n,)``: joint costs for IK libraries."""
+        if self.correlation is None:
+            return np.asarray(np.exp(-self.log_weights))
+        return np.asarray(np.diagonal(np.linalg.inv(self.weights)))
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Everything but the training data."""
@@ -276,6 +297,8 @@ class MiNsGp(Predictor):
             "rows": self.reference.rows,
             "null": self.reference.null,
         }
+        if self.correlation is not None:
+            arrays["correlation"] = self.correlation
         values = {
             "kernel": self.scaling.kind,
             "scale": self.scale,
@@ -291,6 +314,7 @@ class MiNsGp(Predictor):
             raise UnsupportedMethodError("kernel", str(values["kernel"]), KERNELS)
         return cls(
             log_weights=arrays["log_weights"],
+            correlation=arrays.get("correlation"),
             theta=arrays["theta"],
             mean=arrays["mean"],
             output_covariance=arrays["output_covariance"],
@@ -306,6 +330,15 @@ class MiNsGp(Predictor):
 
     def _inputs(self, q: Array, xdot: Array) -> Array:
         return self.scaling.inputs(q, xdot, self.theta[:-1])
+
+
+def demonstrated_weights(demonstrations: Demonstrations) -> tuple[Array, Array]:
+    """Returns log scale (mean zero) and correlation of demonstrated rates, shrunk."""
+    moment = shrunk_moment(demonstrations.qdot)
+    variance = np.diagonal(moment)
+    log_variance = np.log(variance)
+    root = np.sqrt(variance)
+    return log_variance - log_variance.mean(), moment / (root[:, None] * root)
 
 
 def _engine(

@@ -22,7 +22,7 @@ from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kernels import KernelKind
 from prediction.methods import BASELINES, METHODS, method_class
-from prediction.mi_nsgp import Criterion, EngineName, MiNsGp
+from prediction.mi_nsgp import Criterion, EngineName, MiNsGp, WeightKind
 from prediction.model_file import model_bytes, model_from_bytes
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
@@ -43,6 +43,7 @@ class TrainingOptions:
         engine: See `MiNsGp.fit`.
         criterion: See `MiNsGp.fit`; by default ``held-out``, because human motion repeats itself
             from sample to sample, and ``marginal`` with gpytorch, which has no other.
+        weights: See `MiNsGp.fit`.
         max_evaluations: Budget of the weight search, per task.
         blocks: Parts the demonstrations are cut into to measure bands.
     """
@@ -53,6 +54,7 @@ class TrainingOptions:
     optimizer: Optimizer = "bipop"
     engine: EngineName = "fast"
     criterion: Criterion | None = None
+    weights: WeightKind = "diagonal"
     max_evaluations: int = 3000
     blocks: int = 4
 
@@ -141,6 +143,7 @@ def fit_predictor(
             optimizer=options.optimizer,
             engine=options.engine,
             criterion=options.resolved_criterion,
+            weights=options.weights,
             max_evaluations=options.max_evaluations,
         )
     return METHODS[name].fit(demonstrations, rng, progress=progress, should_stop=should_stop)
@@ -220,6 +223,7 @@ def train_operator(
                 "optimizer": options.optimizer,
                 "engine": options.engine,
                 "criterion": options.resolved_criterion,
+                "weights": options.weights,
                 "max_evaluations": options.max_evaluations,
                 "blocks": options.blocks,
             },

@@ -12,7 +12,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from prediction.demonstrations import Demonstrations
-from prediction.null_space import NullSpaceBasis, weighted_solution
+from prediction.null_space import NullSpaceBasis, weighted_rows, weighted_solution
 from prediction.predictor import Progress, ShouldStop, check_stop
 from prediction.small_systems import solve_spd
 
@@ -33,10 +33,18 @@ class NullSpaceTargets:
     Args:
         demonstrations: N samples.
         basis: Null-space axes.
+        correlation: Correlation R of the joints in ``W = D R D``, ``D_jj = sqrt(w_j)``, ``(n, n)``;
+            a diagonal W if not given.
     """
 
-    def __init__(self, demonstrations: Demonstrations, basis: NullSpaceBasis) -> None:
+    def __init__(
+        self,
+        demonstrations: Demonstrations,
+        basis: NullSpaceBasis,
+        correlation: Array | None = None,
+    ) -> None:
         """Precomputes what does not depend on W."""
+        self._correlation = correlation
         J = demonstrations.jacobian
         self._jacobian = J
         self._xdot = demonstrations.xdot
@@ -48,6 +56,8 @@ class NullSpaceTargets:
 
     def many(self, log_weights: Array) -> Array:
         """Returns y for log weights ``(P, n)``, as ``(P, N, k)``."""
+        if self._correlation is not None:
+            return np.stack([self._correlated(row) for row in log_weights])
         weights = np.exp(log_weights)
         count, task_dim, _, joints = self._products.shape
         gram = self._products.reshape(-1, joints) @ weights.T
@@ -61,20 +71,39 @@ class NullSpaceTargets:
         """Returns y for log weights ``(n,)``, as ``(N, k)``."""
         return np.asarray(self.many(log_weights[None])[0])
 
+    def _correlated(self, log_weights: Array) -> Array:
+        W = scaled_correlation(log_weights, self._correlation)
+        followed = weighted_solution(W, self._jacobian, self._xdot)
+        return np.asarray(self._free - np.einsum("tnk,tn->tk", self._V, followed))
+
     def pull_back(self, log_weights: Array, slope: Array) -> Array:
         """Returns the derivative by log weights ``(n,)`` of a score with ``slope`` = d score / d y.
 
-        Derived here: ``d(J_W^+ u) / d log w_j = P_W e_j (J_W^+ u)_j`` with ``P_W = I - J_W^+ J``.
+        Derived here: with ``lam = J' (J W J')^-1 u`` a change of W moves ``J_W^+ u`` by
+        ``P_W dW lam``, ``P_W = I - J_W^+ J``; ``dW / d log w_j`` is half of row and column j of W.
         """
-        weights = np.exp(log_weights)
-        followed = weighted_solution(weights, self._jacobian, self._xdot)
+        W = scaled_correlation(log_weights, self._correlation)
+        rows = weighted_rows(W, self._jacobian)
+        gram = rows @ np.swapaxes(self._jacobian, 1, 2)
         in_joints = np.einsum("tnk,tk->tn", self._V, slope)
+        inner = np.einsum("tmn,tn->tm", rows, in_joints)
+        both = solve_spd(gram, np.stack([self._xdot, inner], axis=-1))
+        multiplier = np.einsum("tmn,tm->tn", self._jacobian, both[..., 0])
         # P_W' v = v - J' (J W J')^-1 J W v, the transpose acting on joint-space rows.
-        inner = np.einsum("tmn,tn->tm", self._jacobian, weights * in_joints)
-        gram = np.einsum("tijn,n->tij", self._products, weights)
-        multiplier = solve_spd(gram, inner[..., None])[..., 0]
-        projected = in_joints - np.einsum("tmn,tm->tn", self._jacobian, multiplier)
-        return np.asarray(-(projected * followed).sum(axis=0))
+        projected = in_joints - np.einsum("tmn,tm->tn", self._jacobian, both[..., 1])
+        if W.ndim == 1:
+            return np.asarray(-(projected * W * multiplier).sum(axis=0))
+        return np.asarray(
+            -0.5 * (projected * (multiplier @ W) + (projected @ W) * multiplier).sum(axis=0)
+        )
+
+
+def scaled_correlation(log_weights: Array, correlation: Array | None) -> Array:
+    """Returns W: ``exp(log_weights)`` as a diagonal, or ``D R D`` with its square roots in D."""
+    if correlation is None:
+        return np.asarray(np.exp(log_weights))
+    root = np.exp(0.5 * log_weights)
+    return np.asarray(root[:, None] * correlation * root)
 
 
 @dataclass(frozen=True, slots=True)
