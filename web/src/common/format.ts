@@ -7,6 +7,18 @@ export function percent(probability: number): string {
   return `${Math.round(probability * 100)} %`;
 }
 
+/**
+ * A probability counted over samples: all or none of them still leaves room for one more that differs.
+ *
+ * @param samples How many were counted.
+ */
+export function counted(probability: number, samples: number): string {
+  const least = 100 / Math.max(1, samples);
+  if (100 * probability < least) return `< ${Math.max(1, Math.ceil(least))} %`;
+  if (100 * probability > 100 - least) return `> ${Math.min(99, Math.floor(100 - least))} %`;
+  return percent(probability);
+}
+
 /** "1.24 s". */
 export const seconds = (time: number, digits = 2): string => `${time.toFixed(digits)} s`;
 

@@ -3,7 +3,7 @@
  */
 import type { Assessment, Candidate } from "../data/types";
 import { atLeast, meanOverTime } from "./distributions";
-import { figure, percent, unitWords } from "./format";
+import { counted, figure, percent, unitWords } from "./format";
 import { inSentence, jointWords, words } from "./names";
 
 export interface Verdict {
@@ -88,7 +88,7 @@ export function verdictOf(assessment: Assessment): Verdict {
   } else if (tied.length > 0) {
     headline = `Take ${list(take)}: nothing tells them apart`;
   } else {
-    const sure = best.p_best === null ? "" : `, ${percent(best.p_best)} sure`;
+    const sure = best.p_best === null ? "" : `, ${counted(best.p_best, assessment.samples)} sure`;
     headline = `Take ${best.id}: least load${sure}`;
   }
   const rival = order.find((candidate) => !take.includes(candidate.id));

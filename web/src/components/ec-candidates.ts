@@ -1,7 +1,7 @@
 import { LitElement, type TemplateResult, css, html, nothing } from "lit";
 import { customElement, property } from "lit/decorators.js";
 
-import { figure, percent, seconds, unitWords } from "../common/format";
+import { counted, figure, seconds, unitWords } from "../common/format";
 import { words } from "../common/names";
 import { sharedStyles } from "../common/shared-styles";
 import { meanRula, ranked } from "../common/verdict";
@@ -18,6 +18,8 @@ const TONES = 5;
 export class EcCandidates extends LitElement {
   @property({ attribute: false }) candidates: Candidate[] = [];
   @property() selected: string | null = null;
+  /** Posture samples that the probabilities were counted over. */
+  @property({ type: Number }) samples = 1;
 
   static override styles = [
     sharedStyles,
@@ -229,7 +231,7 @@ export class EcCandidates extends LitElement {
                 <span class="track"
                   ><span class="fill" .style=${`display:block; width: ${100 * sure}%`}></span
                 ></span>
-                <span class="number small">${percent(sure)}</span>
+                <span class="number small">${counted(sure, this.samples)}</span>
               </span>`
         }
         <div class="body">

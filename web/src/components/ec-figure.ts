@@ -19,6 +19,8 @@ import { Stage } from "../figure/stage";
 const ORBIT_STEP = Math.PI / 18;
 /** Distance of the label from its joint, CSS pixels. */
 const LABEL_GAP = 64;
+/** How far its leader stops short of the joint. */
+const LABEL_SHORT = 14;
 
 /**
  * The person in 3-D, at the time of the page's clock, joints coloured by effort.
@@ -94,7 +96,7 @@ export class EcFigure extends LitElement {
         position: absolute;
         top: 50%;
         right: 100%;
-        width: 50px;
+        width: var(--leader, 50px);
         border-top: 1px solid var(--ink-soft);
       }
       .label.left::after {
@@ -333,6 +335,8 @@ export class EcFigure extends LitElement {
     const y = Math.min(Math.max(place.y - label.offsetHeight / 2, 8), this.clientHeight - 34);
     const inside = Math.min(Math.max(8, x), this.clientWidth - label.offsetWidth - 8);
     label.classList.toggle("left", left);
+    const gap = left ? place.x - inside - label.offsetWidth : inside - place.x;
+    label.style.setProperty("--leader", `${Math.max(0, gap - LABEL_SHORT)}px`);
     label.style.transform = `translate(${inside}px, ${y}px)`;
   }
 

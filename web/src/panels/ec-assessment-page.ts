@@ -108,6 +108,7 @@ export class EcAssessmentPage extends LitElement {
           <ec-candidates
             class="card grow"
             .candidates=${assessment.candidates}
+            .samples=${assessment.samples}
             .selected=${candidate.id}
           ></ec-candidates>
         </div>
@@ -200,8 +201,7 @@ export class EcAssessmentPage extends LitElement {
         ? ""
         : ` most so at ${strange.time_s.toFixed(2)} s`;
     return html`<p class="flag" role="note">
-      Unlike the demonstrations,${at || " in places"}: the prediction there is a guess with wide
-      bands.
+      Unlike the demonstrations,${at || " in places"}: trust the prediction less there.
     </p>`;
   }
 

@@ -55,7 +55,7 @@ export const pageStyles = css`
   }
   .moments {
     padding: 0.6rem 0.6rem 0.5rem;
-    max-height: 13.5rem;
+    max-height: 12rem;
     overflow-y: auto;
     flex: none;
   }

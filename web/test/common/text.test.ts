@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { anything, figure, percent } from "../../src/common/format";
+import { anything, counted, figure, percent } from "../../src/common/format";
 import { compareJoints, jointWords, words } from "../../src/common/names";
 import { formatRoute, parseRoute } from "../../src/common/route";
 
@@ -12,6 +12,20 @@ describe("percent", () => {
     [0.996, "> 99 %"],
     [1, "100 %"],
   ])("%d is written %s", (value, text) => expect(percent(value)).toBe(text));
+});
+
+describe("counted", () => {
+  it.each([
+    [1, 64, "> 98 %"],
+    [0, 64, "< 2 %"],
+    [63 / 64, 64, "98 %"],
+    [0.5, 64, "50 %"],
+    [1, 2000, "> 99 %"],
+    [0, 2000, "< 1 %"],
+    [1, 2, "> 50 %"],
+  ])("%d over %d samples is written %s", (value, samples, text) =>
+    expect(counted(value, samples)).toBe(text),
+  );
 });
 
 describe("figure", () => {

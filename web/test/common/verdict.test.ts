@@ -56,7 +56,7 @@ const of = (...candidates: Candidate[]): Assessment => ({
   model_id: "m",
   created: "",
   seed: 0,
-  samples: 8,
+  samples: 100,
   methods: [],
   cost_definition: null,
   candidates,
