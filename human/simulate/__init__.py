@@ -8,7 +8,7 @@ from human.simulate.box_plan import DEFAULT_STATIONS, Station
 from human.simulate.errors import SimulationError
 from human.simulate.gait import Cadence
 from human.simulate.ground import Dynamics, solve_dynamics
-from human.simulate.operator import OPERATOR_KINDS, Comfort, Operator, operator
+from human.simulate.operators import OPERATOR_KINDS, Comfort, Operator, operator
 from human.simulate.paths import (
     MinimumJerkPath,
     PosePath,

@@ -14,7 +14,7 @@ from human.simulate.errors import SimulationError
 from human.simulate.gait import Cadence, cadence_of
 from human.simulate.ground import center_of_pressure, solve_dynamics
 from human.simulate.legs import legs_of
-from human.simulate.operator import Operator, coherent_noise
+from human.simulate.operators import Operator, coherent_noise
 from human.simulate.paths import PosePath, PoseSamples
 from human.simulate.reaching import chain_law, standing_configuration
 from human.simulate.records import SimulatedMotion, Truth

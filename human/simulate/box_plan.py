@@ -12,7 +12,7 @@ from human.model import HumanModel
 from human.simulate.balance import Bearing, grid_of, smoothed
 from human.simulate.gait import Cadence, Footfalls, lay_footsteps, walk_duration_s
 from human.simulate.legs import Leg
-from human.simulate.operator import Operator
+from human.simulate.operators import Operator
 from human.simulate.paths import (
     MinimumJerkPath,
     PosePath,

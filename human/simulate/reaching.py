@@ -13,7 +13,7 @@ from human.simulate.body import BodyPaths, in_contact, whole_body
 from human.simulate.errors import SimulationError
 from human.simulate.ground import solve_dynamics
 from human.simulate.legs import legs_of
-from human.simulate.operator import Operator, coherent_noise
+from human.simulate.operators import Operator, coherent_noise
 from human.simulate.paths import MinimumJerkPath, PosePath, PoseSamples, minimum_jerk_path
 from human.simulate.records import SimulatedMotion, Truth
 from human.simulate.resolve import Law, LimbChain, Resolved, TipPaths, follow

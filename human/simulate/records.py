@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from human.motion import Motion
 from human.simulate.ground import Dynamics
-from human.simulate.operator import Operator
+from human.simulate.operators import Operator
 from human.simulate.paths import PoseSamples
 
 Array = NDArray[np.float64]

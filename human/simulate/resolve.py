@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from human.model import HumanModel
 from human.simulate.errors import SimulationError
-from human.simulate.operator import CoherentNoise, Comfort
+from human.simulate.operators import CoherentNoise, Comfort
 from human.simulate.paths import PoseSamples
 
 Array = NDArray[np.float64]

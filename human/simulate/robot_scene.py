@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from human.model import HumanModel
 from human.simulate.errors import SimulationError
-from human.simulate.operator import Operator, coherent_noise
+from human.simulate.operators import Operator, coherent_noise
 from human.simulate.paths import PosePath, minimum_jerk_path, spline_path
 from human.simulate.reaching import chain_law, hand_frame, standing_configuration
 from human.simulate.resolve import Law, follow

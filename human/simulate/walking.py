@@ -15,7 +15,7 @@ from human.simulate.errors import SimulationError
 from human.simulate.gait import Cadence, Footfalls, lay_footsteps
 from human.simulate.ground import center_of_pressure, solve_dynamics
 from human.simulate.legs import Leg, legs_of
-from human.simulate.operator import Operator, coherent_noise
+from human.simulate.operators import Operator, coherent_noise
 from human.simulate.paths import PosePath
 from human.simulate.records import SimulatedMotion, Truth
 from human.simulate.stance import Stance, sole_center

@@ -3,7 +3,7 @@ import pytest
 
 from human import DOF_NAMES
 from human.simulate import OPERATOR_KINDS, SimulationError, operator
-from human.simulate.operator import coherent_noise
+from human.simulate.operators import coherent_noise
 
 
 def _of(name):
