@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from human.model import HumanModel
 from human.simulate.errors import SimulationError
-from human.simulate.operators import CoherentNoise, Comfort
+from human.simulate.operators import Comfort
 from human.simulate.paths import PoseSamples
 
 Array = NDArray[np.float64]
@@ -90,6 +90,9 @@ class LimbChain:
             rotation.append(self._data.oMf[frame].rotation.copy())
         return np.array(position), np.array(rotation), np.concatenate(jacobian)
 
+
+#: Gives for times ``T`` what is added to z, ``T x n`` [rad/s].
+NoiseCourse = Callable[[Array], Array]
 
 #: Gives for times ``T`` what each tip is to do, in pelvis axes.
 TipPaths = Callable[[Array], list[PoseSamples]]
@@ -191,7 +194,7 @@ def follow(
     paths: TipPaths,
     time_s: Array,
     q_start: Array,
-    noise: CoherentNoise,
+    noise: NoiseCourse,
     *,
     within_limits: bool = True,
 ) -> Resolved:

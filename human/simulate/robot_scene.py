@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from human.model import HumanModel
 from human.simulate.errors import SimulationError
-from human.simulate.operators import Operator, coherent_noise
+from human.simulate.operators import Operator
 from human.simulate.paths import PosePath, minimum_jerk_path, spline_path
 from human.simulate.reaching import chain_law, hand_frame, standing_configuration
 from human.simulate.resolve import Law, follow
@@ -169,9 +169,10 @@ def _walked(
     free = Law(law.chain.position_only(), law.mobility, law.comfort)
     knots = duration_s * np.array([0.0, 0.5, 1.0])
     smooth = spline_path(knots, np.array([start[0], via, goal]), [0.0, 0.0, 0.0, 1.0])
-    calm = coherent_noise(
-        np.random.default_rng(0), np.zeros(dof.size), start_s=0.0, end_s=duration_s, memory_s=1.0
-    )
+
+    def calm(t: Array) -> Array:
+        return np.zeros((t.size, dof.size))
+
     coarse = np.linspace(0.0, duration_s, 61)
     trial = follow(free, lambda t: [smooth.sample(t)], coarse, q_start[7 + dof], calm)
     turned = [law.chain.pose_and_jacobian(q)[1][0] for q in trial.q[[30, 60]]]
