@@ -1,6 +1,6 @@
 """From measured angles and the task to what RULA and REBA ask for."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -196,37 +196,33 @@ def with_effects(
     Returns:
         The same assumptions with ``effect`` filled in.
     """
-    return tuple(
-        replace(one, effect="; ".join(_effects(one, rula, reba, rules)) or "none on these scores")
-        for one in assumptions
-    )
+    known: dict[tuple[object, ...], list[float]] = {}
+
+    def means(inputs: RulaInputs | RebaInputs, changes: Mapping[str, int | bool]) -> list[float]:
+        # Several assumptions turn the same field over, and all are held against the same base.
+        key = (type(inputs), *sorted(changes.items()))
+        if key not in known:
+            changed = replace(inputs, **changes)  # type: ignore[arg-type]
+            ends = (
+                score_rula_interval(changed, rules)
+                if isinstance(changed, RulaInputs)
+                else score_reba_interval(changed, rules)
+            )
+            known[key] = [float(ends.low.final.mean()), float(ends.high.final.mean())]
+        return known[key]
+
+    def effect(one: Assumption) -> str:
+        words = []
+        if rula is not None and one.rula:
+            words.append(_span("RULA", means(rula, {}) + means(rula, one.rula)))
+        if reba is not None and one.reba:
+            words.append(_span("REBA", means(reba, {}) + means(reba, one.reba)))
+        return "; ".join(words) or "none on these scores"
+
+    return tuple(replace(one, effect=effect(one)) for one in assumptions)
 
 
-def _effects(
-    one: Assumption, rula: RulaInputs | None, reba: RebaInputs | None, rules: ScoringRules
-) -> list[str]:
-    words = []
-    if rula is not None and one.rula:
-        here, there = (
-            score_rula_interval(r, rules)
-            for r in (rula, replace(rula, **one.rula))  # type: ignore[arg-type]
-        )
-        words.append(
-            _span("RULA", here.low.final, there.low.final, here.high.final, there.high.final)
-        )
-    if reba is not None and one.reba:
-        before, after = (
-            score_reba_interval(r, rules)
-            for r in (reba, replace(reba, **one.reba))  # type: ignore[arg-type]
-        )
-        words.append(
-            _span("REBA", before.low.final, after.low.final, before.high.final, after.high.final)
-        )
-    return words
-
-
-def _span(method: str, *finals: NDArray[np.uint8]) -> str:
-    means = [float(final.mean()) for final in finals]
+def _span(method: str, means: list[float]) -> str:
     return f"{method} mean {min(means):.1f} to {max(means):.1f}"
 
 

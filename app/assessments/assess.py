@@ -12,7 +12,7 @@ from app.assessments.evaluate import Evaluated, evaluate
 from app.assessments.posture import PostureRecord
 from app.assessments.predict import Predicted, Slot, predict
 from app.assessments.results import (
-    baseline_result,
+    baseline_results,
     posture_record,
     rejected_slot,
     slot_result,
@@ -64,28 +64,29 @@ def assess(
         _slot(value, index, standing) for index, value in enumerate(request.candidates)
     ]
     slots = [slot for slot in outcomes if isinstance(slot, Slot)]
-    settings = (standing, operator, request.samples, request.seed, request.sigma_x)
-    predictions = predict(slots, *settings)
-    central = {
-        method: predict(slots, standing, operator, 0, request.seed, request.sigma_x, method)
-        for method in BASELINES
-        if method in operator.content.method_names
-    }
+    predictions = predict(slots, standing, operator, request.samples, request.seed, request.sigma_x)
+    predicted: dict[int, Predicted] = {}
     evaluated: dict[int, Evaluated] = {}
-    baselines: dict[int, dict[str, Any]] = {}
     problems = {i: slot for i, slot in enumerate(outcomes) if isinstance(slot, CandidateRejected)}
-    for k, (slot, prediction) in enumerate(zip(slots, predictions, strict=True)):
+    for slot, prediction in zip(slots, predictions, strict=True):
         if isinstance(prediction, CandidateRejected):
             problems[slot.index] = prediction
         else:
-            evaluated[slot.index] = evaluate(prediction, prediction.q, request, operator, standing)
-            baselines[slot.index] = {
-                method: _baseline(results[k], request, operator, standing)
-                for method, results in central.items()
-            }
+            predicted[slot.index] = prediction
+            path = slot.path
+            evaluated[slot.index] = evaluate(
+                prediction.q, path.time_s, path.pose.position, request, operator
+            )
         if progress is not None:
             progress(len(problems) + len(evaluated), total)
-    return _answer(request, operator, standing, identifiers, evaluated, baselines, problems)
+    baselines = {
+        method: _baseline(method, slots, standing, operator, request)
+        for method in BASELINES
+        if method in operator.content.method_names
+    }
+    return _answer(
+        request, operator, standing, identifiers, predicted, evaluated, baselines, problems
+    )
 
 
 def _identifiers(request: AssessmentRequest) -> list[str]:
@@ -119,16 +120,33 @@ def _slot(value: Any, index: int, standing: Standing) -> Slot | CandidateRejecte
 
 
 def _baseline(
-    prediction: Predicted | CandidateRejected,
-    request: AssessmentRequest,
-    operator: Operator,
+    method: str,
+    slots: list[Slot],
     standing: Standing,
-) -> dict[str, float] | None:
-    if isinstance(prediction, CandidateRejected):
-        return None
-    return baseline_result(
-        evaluate(prediction, prediction.central[None], request, operator, standing)
-    )
+    operator: Operator,
+    request: AssessmentRequest,
+) -> dict[int, dict[str, float]]:
+    """Returns what a method says without spread, by candidate; none where it cannot follow.
+
+    Candidates that share their times are scored together.
+    """
+    central = predict(slots, standing, operator, 0, request.seed, request.sigma_x, method)
+    groups: dict[bytes, list[Predicted]] = {}
+    for prediction in central:
+        if isinstance(prediction, Predicted):
+            groups.setdefault(prediction.slot.path.time_s.tobytes(), []).append(prediction)
+    out: dict[int, dict[str, float]] = {}
+    for group in groups.values():
+        scored = evaluate(
+            np.stack([one.central for one in group]),
+            group[0].slot.path.time_s,
+            np.stack([one.slot.path.pose.position for one in group]),
+            request,
+            operator,
+        )
+        results = baseline_results(scored)
+        out |= {one.slot.index: result for one, result in zip(group, results, strict=True)}
+    return out
 
 
 def _answer(
@@ -136,8 +154,9 @@ def _answer(
     operator: Operator,
     standing: Standing,
     identifiers: list[str],
+    predicted: dict[int, Predicted],
     evaluated: dict[int, Evaluated],
-    baselines: dict[int, dict[str, Any]],
+    baselines: dict[str, dict[int, dict[str, float]]],
     problems: dict[int, CandidateRejected],
 ) -> Outcome:
     order = sorted(evaluated)
@@ -158,8 +177,11 @@ def _answer(
             postures.append(None)
             continue
         one = evaluated[index]
-        answer = slot_result(one, ranking[index], baselines[index], standing.assumed, request)
-        record = posture_record(one, operator.model.dof_names, scale)
+        beside = {method: results.get(index) for method, results in baselines.items()}
+        answer = slot_result(
+            predicted[index], one, ranking[index], beside, standing.assumed, request
+        )
+        record = posture_record(predicted[index], one, operator.model.dof_names, scale)
         if request.include_posture:
             answer["posture"] = record.to_dict()
         candidates.append(answer)

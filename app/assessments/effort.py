@@ -6,8 +6,9 @@ Effort is the norm of the joint's moment vector: the same in any axes.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.assessments.poses import Array, Pose
+from app.assessments.poses import Array
 from app.assessments.schemas import FootSplit
 from app.assessments.timing import cubic_operators
 from human import HumanModel, forward_kinematics, frame_poses
@@ -64,27 +65,30 @@ def leg_joints() -> tuple[str, ...]:
     return tuple(f"j{side}{name}" for side in ("Right", "Left") for name in _LEG)
 
 
-def velocities(model: HumanModel, q: Array, time_s: Array) -> tuple[Array, Array, Array]:
+def velocities(
+    model: HumanModel, q: Array, time_s: Array, moving: NDArray[np.intp]
+) -> tuple[Array, Array, Array]:
     """Returns smoothed configurations and their first and second derivatives.
 
-    The base stands still. The predicted deviations are rough on purpose (they are noise); taken
-    literally their accelerations would be those of no body, so each roll-out is smoothed by a
-    local cubic first.
+    The base and the joints that are not predicted stand still. The predicted deviations are rough
+    on purpose (they are noise); taken literally their accelerations would be those of no body, so
+    each roll-out is smoothed by a local cubic first.
 
     Args:
         model: The person.
         q: ``(S, T, nq)``.
         time_s: ``(T,)``.
+        moving: Joint angles that are predicted, indices.
 
     Returns:
         ``(S, T, nq)``, ``(S, T, nv)``, ``(S, T, nv)``.
     """
     value, first, second = cubic_operators(time_s, SMOOTHING_S)
-    angles = q[..., 7:]
+    angles = q[..., 7 + moving]
     smooth = q.copy()
-    smooth[..., 7:] = value @ angles
+    smooth[..., 7 + moving] = value @ angles
     v, a = np.zeros((*q.shape[:-1], model.nv)), np.zeros((*q.shape[:-1], model.nv))
-    v[..., 6:], a[..., 6:] = first @ angles, second @ angles
+    v[..., 6 + moving], a[..., 6 + moving] = first @ angles, second @ angles
     return smooth, v, a
 
 
@@ -92,9 +96,10 @@ def joint_efforts(
     model: HumanModel,
     q: Array,
     time_s: Array,
-    hand_path: Pose,
+    hand_position: Array,
     hand: str,
     load: HandLoad,
+    moving: NDArray[np.intp],
     foot_split: FootSplit | None,
 ) -> Efforts:
     """Returns the efforts from hand to L5S1, and of the legs where the foot split is stated.
@@ -103,14 +108,16 @@ def joint_efforts(
         model: The person.
         q: ``(S, T, nq)`` predicted configurations.
         time_s: ``(T,)`` s.
-        hand_path: ``T_world_hand``, ``(T, ...)``; its acceleration is the load's.
+        hand_position: Where the hand is led, ``(T, 3)`` or ``(S, T, 3)`` m, world; its acceleration
+            is the load's.
         hand: ``right`` or ``left``.
         load: What acts at the hand.
+        moving: Joint angles that are predicted, indices.
         foot_split: Share of the support by foot, or None.
     """
-    smooth, v, a = velocities(model, q, time_s)
+    smooth, v, a = velocities(model, q, time_s, moving)
     _, _, second = cubic_operators(time_s, SMOOTHING_S)
-    held = load.wrench(second @ hand_path.position)
+    held = load.wrench(second @ hand_position)
     joints = arm_joints(hand)
     loads = joint_loads(model, smooth, v, a, [held], joints=joints)
     norms = {

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.assessments.body import Standing
 from app.assessments.effort import Efforts, HandLoad, arm_joints, joint_efforts
 from app.assessments.poses import Array
-from app.assessments.predict import Predicted
 from app.assessments.schemas import AssessmentRequest, Assumption
 from app.models.operator import Operator
 from app.scoring import BodyScores, score_body, tasks_of
@@ -34,17 +32,15 @@ _EFFECT_SAMPLES = 4
 
 @dataclass(frozen=True, slots=True)
 class Evaluated:
-    """One candidate, scored.
+    """Postures, scored.
 
     Attributes:
-        predicted: Its postures.
         scores: RULA and REBA, ``(S, T)``.
         back_deg: Sum of the bends of the back, ``(S, T)`` degrees.
         efforts: ``(S, T, m)`` N·m.
         cost: By sample, ``(S,)``.
     """
 
-    predicted: Predicted
     scores: BodyScores
     back_deg: Array
     efforts: Efforts
@@ -82,32 +78,32 @@ def task_contexts(request: AssessmentRequest) -> Mapping[Side, TaskContext]:
 
 
 def evaluate(
-    predicted: Predicted,
     q: Array,
+    time_s: Array,
+    hand_position: Array,
     request: AssessmentRequest,
     operator: Operator,
-    standing: Standing,
 ) -> Evaluated:
-    """Scores sampled postures of one candidate.
+    """Scores postures that share their times.
 
     Args:
-        predicted: The candidate's prediction.
-        q: ``(S, T, nq)`` the configurations to score: its samples, or its central ones.
+        q: ``(S, T, nq)`` configurations: samples of one candidate, or one of each of several.
+        time_s: ``(T,)`` s.
+        hand_position: Where the hand is led, ``(T, 3)`` or ``(S, T, 3)`` m, world.
         request: Load, force and foot split.
         operator: The person.
-        standing: Where they stand.
     """
-    path = predicted.slot.path
     poses = forward_kinematics(operator.model, q)
     scores = score_body(operator.model, poses, task_contexts(request))
     back = back_angle(operator.model, poses).chain_sum_deg
     efforts = joint_efforts(
         operator.model,
         q,
-        path.time_s,
-        path.pose,
+        time_s,
+        hand_position,
         request.hand,
         hand_load(request, operator),
+        operator.chain.dof_indices,
         request.foot_split,
     )
     arm = arm_joints(request.hand)
@@ -118,10 +114,10 @@ def evaluate(
             "back_angle_deg": back,
             "effort_share": shares.max(axis=-1),
         },
-        path.time_s,
+        time_s,
         DEFAULT_COST,
     )
-    return Evaluated(predicted, scores, back, efforts, cost)
+    return Evaluated(scores, back, efforts, cost)
 
 
 def task_assumptions(evaluated: Evaluated, request: AssessmentRequest) -> list[Assumption]:

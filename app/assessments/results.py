@@ -8,18 +8,16 @@ from app.assessments.effort import arm_joints
 from app.assessments.evaluate import Evaluated, led_side, task_assumptions
 from app.assessments.poses import Array
 from app.assessments.posture import PostureRecord
-from app.assessments.predict import spread
+from app.assessments.predict import Predicted, spread
 from app.assessments.schemas import AssessmentRequest, Assumption
 from app.plain import rounded
-from app.scoring import SIDES
+from app.scoring import SIDES, worst_of_both
 from ergonomics import (
     RankedCandidate,
     ScoreDistribution,
-    Side,
     WorstMoment,
     effort_share,
     score_distribution,
-    worst_moments,
 )
 
 #: Below this familiarity the model is asked about postures it has hardly seen.
@@ -49,6 +47,7 @@ def rejected_slot(identifier: str, problem: dict[str, Any]) -> dict[str, Any]:
 
 
 def slot_result(
+    predicted: Predicted,
     evaluated: Evaluated,
     ranked: RankedCandidate,
     baseline: dict[str, Any],
@@ -56,12 +55,14 @@ def slot_result(
     request: AssessmentRequest,
 ) -> dict[str, Any]:
     """Returns the answer of one candidate."""
-    time_s = evaluated.predicted.slot.path.time_s
+    time_s = predicted.slot.path.time_s
     scores = evaluated.scores
-    moments = _moments(evaluated, led_side(request))
+    moments = worst_of_both(
+        scores, time_s, count=MOMENTS, apart_s=MOMENTS_APART_S, prefer=led_side(request)
+    )
     rula = score_distribution(scores.worst_rula, "rula")
     return {
-        "id": evaluated.predicted.slot.id,
+        "id": predicted.slot.id,
         "rank": ranked.rank,
         "p_best": rounded(ranked.p_best),
         "tied_with": list(ranked.tied_with),
@@ -75,27 +76,26 @@ def slot_result(
         },
         "worst": _worst(moments[0], evaluated, request),
         "moments": [_moment(one) for one in moments],
-        "assumed": [one.model_dump() for one in (*shared, *_own(evaluated, request))],
-        "out_of_distribution": _familiarity(evaluated),
+        "assumed": [one.model_dump() for one in (*shared, *_own(predicted, evaluated, request))],
+        "out_of_distribution": _familiarity(predicted),
         "baseline": baseline,
         "problem": None,
     }
 
 
-def baseline_result(evaluated: Evaluated) -> dict[str, float]:
-    """Returns what a baseline's central postures cost."""
-    means = evaluated.cost.values["rula_mean"]
-    return {
-        "rula_expected_mean": rounded(means.mean()),
-        "cost_total": rounded(evaluated.cost.total.mean()),
-    }
+def baseline_results(evaluated: Evaluated) -> list[dict[str, float]]:
+    """Returns what a baseline's central postures cost, candidate by candidate."""
+    means, totals = evaluated.cost.values["rula_mean"], evaluated.cost.total
+    return [
+        {"rula_expected_mean": rounded(mean), "cost_total": rounded(total)}
+        for mean, total in zip(means, totals, strict=True)
+    ]
 
 
 def posture_record(
-    evaluated: Evaluated, joint_names: tuple[str, ...], scale_nm: Array
+    predicted: Predicted, evaluated: Evaluated, joint_names: tuple[str, ...], scale_nm: Array
 ) -> PostureRecord:
     """Returns what is needed to play a candidate back."""
-    predicted = evaluated.predicted
     chosen = spread(predicted.q, _SHOWN_SAMPLES + 1)
     medoid = predicted.q[chosen[0]]
     return PostureRecord(
@@ -140,32 +140,6 @@ def _band(values: Array, digits: int) -> dict[str, Any]:
     }
 
 
-def _moments(evaluated: Evaluated, led: Side) -> list[WorstMoment]:
-    """Returns the worst moments of either side, worst first, apart in time.
-
-    Of equal ones the led side's comes first: it is the one the robot can do something about.
-    """
-    time_s = evaluated.predicted.slot.path.time_s
-    found = [
-        moment
-        for side in SIDES
-        for moment in worst_moments(
-            evaluated.scores.rula_inputs[side],
-            time_s,
-            side=side,
-            count=MOMENTS,
-            apart_s=MOMENTS_APART_S,
-        )
-    ]
-    found.sort(key=lambda moment: (-moment.expected, moment.side != led, moment.time_s))
-    chosen: list[WorstMoment] = []
-    for moment in found:
-        apart = all(abs(moment.time_s - other.time_s) >= MOMENTS_APART_S for other in chosen)
-        if apart and len(chosen) < MOMENTS:
-            chosen.append(moment)
-    return chosen
-
-
 def _moment(moment: WorstMoment) -> dict[str, Any]:
     return {
         "time_s": rounded(moment.time_s),
@@ -192,8 +166,9 @@ def _worst(moment: WorstMoment, evaluated: Evaluated, request: AssessmentRequest
     }
 
 
-def _own(evaluated: Evaluated, request: AssessmentRequest) -> list[Assumption]:
-    predicted = evaluated.predicted
+def _own(
+    predicted: Predicted, evaluated: Evaluated, request: AssessmentRequest
+) -> list[Assumption]:
     slot = predicted.slot
     found = task_assumptions(evaluated, request)
     found.append(
@@ -242,11 +217,11 @@ def _sides(evaluated: Evaluated) -> str:
     return ", ".join(f"RULA mean {means[side]:.1f} on the {side}" for side in SIDES)
 
 
-def _familiarity(evaluated: Evaluated) -> dict[str, Any]:
-    values = evaluated.predicted.familiarity
+def _familiarity(predicted: Predicted) -> dict[str, Any]:
+    values = predicted.familiarity
     least = int(np.argmin(values))
     return {
         "flag": bool(values[least] < FAMILIAR),
         "familiarity_min": rounded(values[least]),
-        "time_s": rounded(evaluated.predicted.slot.path.time_s[least]),
+        "time_s": rounded(predicted.slot.path.time_s[least]),
     }

@@ -1,6 +1,7 @@
 """The time grid on which a candidate is predicted, and derivatives on it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -58,6 +59,19 @@ def resample(path: HandPath, grid: Grid) -> HandPath:
 
 
 def cubic_operators(time_s: Array, half_width_s: float) -> tuple[Array, Array, Array]:
+    """As `local_cubics`, remembered: candidates of one planner mostly share their times."""
+    return _remembered(time_s.tobytes(), half_width_s)
+
+
+@lru_cache(maxsize=32)
+def _remembered(time_s: bytes, half_width_s: float) -> tuple[Array, Array, Array]:
+    operators = local_cubics(np.frombuffer(time_s), half_width_s)
+    for operator in operators:
+        operator.setflags(write=False)
+    return operators
+
+
+def local_cubics(time_s: Array, half_width_s: float) -> tuple[Array, Array, Array]:
     """Returns matrices that smooth samples and differentiate them once and twice.
 
     At each instant a cubic is fitted by least squares to the samples within ``half_width_s``

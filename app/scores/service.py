@@ -15,7 +15,7 @@ from app.plain import plain, rounded
 from app.problems import InvalidRequest, NotFound, Unreadable
 from app.recordings.service import Recordings
 from app.scores.schemas import ScoreRequest
-from app.scoring import SIDES, BodyScores, score_body, tasks_of
+from app.scoring import SIDES, BodyScores, score_body, tasks_of, worst_of_both
 from app.version import VERSION
 from ergonomics import (
     ScoringRules,
@@ -25,7 +25,6 @@ from ergonomics import (
     summarise,
     time_share,
     with_effects,
-    worst_moments,
 )
 from human import HumanModel, Motion, Subject, SubjectError, forward_kinematics, to_urdf
 from human.pose import FittedRecording, RecordingRefusedError, fit_recording
@@ -138,6 +137,7 @@ def score_recording(
     time_s = np.asarray(motion.time_s)
     stride = -(-len(time_s) // _SERIES)
     kept = slice(None, None, stride)
+    worst = worst_of_both(scores, time_s, count=_MOMENTS, apart_s=1.0, rules=rules)
     result = {
         "time_s": rounded(time_s[kept]),
         "every_frames": stride,
@@ -158,7 +158,7 @@ def score_recording(
             "rula": _summary(scores.worst_rula, time_s),
             "reba": _summary(scores.worst_reba, time_s),
         },
-        "worst": [_moment(one) for one in _worst(scores, time_s, rules)],
+        "worst": [_moment(one) for one in worst],
         "assumed": [
             one.model_dump() for one in (*assumed, *_assumed(scores, unmeasured, request, rules))
         ],
@@ -231,23 +231,6 @@ def _summary(finals: NDArray[np.uint8], time_s: Array) -> dict[str, Any]:
         },
         "time_of_max_s": rounded(summary.time_of_max_s),
     }
-
-
-def _worst(scores: BodyScores, time_s: Array, rules: ScoringRules) -> list[WorstMoment]:
-    found: list[WorstMoment] = []
-    for side in SIDES:
-        inputs = scores.rula_inputs[side]
-        if not inputs.unmeasured:
-            found += worst_moments(
-                inputs, time_s, side=side, count=_MOMENTS, apart_s=1.0, rules=rules
-            )
-    found.sort(key=lambda moment: (-moment.expected, moment.time_s))
-    chosen: list[WorstMoment] = []
-    for moment in found:
-        apart = all(abs(moment.time_s - other.time_s) >= 1.0 for other in chosen)
-        if apart and len(chosen) < _MOMENTS:
-            chosen.append(moment)
-    return chosen
 
 
 def _moment(moment: WorstMoment) -> dict[str, Any]:
