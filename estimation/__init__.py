@@ -6,6 +6,14 @@ from estimation.base_velocity import (
     base_velocity,
     configuration_from_link,
 )
+from estimation.contacts import (
+    SUPPORTS,
+    ContactDetector,
+    Contacts,
+    ContactThresholds,
+    FootMotion,
+    classify_by_force,
+)
 from estimation.errors import (
     EstimationError,
     IllConditionedError,
@@ -13,15 +21,24 @@ from estimation.errors import (
     NoContactError,
     SingularContactsError,
 )
+from estimation.foot_motion import sole_motion, sole_points
 
 __all__ = [
+    "SUPPORTS",
     "BaseVelocity",
     "Contact",
+    "ContactDetector",
+    "ContactThresholds",
+    "Contacts",
     "EstimationError",
+    "FootMotion",
     "IllConditionedError",
     "MeasurementError",
     "NoContactError",
     "SingularContactsError",
     "base_velocity",
+    "classify_by_force",
     "configuration_from_link",
+    "sole_motion",
+    "sole_points",
 ]
