@@ -287,7 +287,12 @@ MODEL: dict[str, Any] = {
     "hand": "right",
     "method": "mi-nsgp",
     "created": "2026-11-21T23:00:00Z",
-    "metrics": {},
+    "metrics": {
+        "scores": [
+            {"method": "mi-nsgp", "rollout_rmse_deg": 1.64, "coverage90_rollout": 0.89},
+            {"method": "minimum-norm", "rollout_rmse_deg": 4.02, "coverage90_rollout": 0.97},
+        ]
+    },
 }
 RECORDING: dict[str, Any] = {
     "id": "r-demo",

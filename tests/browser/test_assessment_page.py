@@ -225,10 +225,14 @@ def test_assumptions_doubts_and_other_methods_are_on_the_page(page: Page) -> Non
     expect(assumed).to_contain_text("Wrist twist")
     expect(assumed).to_contain_text("mid range, end of range")
     expect(assumed).to_contain_text("RULA up to 1 higher")
+    cost = page.locator("ec-cost").get_by_role("row", name="RULA mean")
+    expect(cost).to_have_text(re.compile(r"5\.80\s+10 %\s+0\.48"))
     others = page.locator("ec-baselines")
     expect(others).to_contain_text("MI-NsGP")
     expect(others).to_contain_text("Cov-IK")
     expect(others.get_by_role("row", name="Minimum norm")).to_contain_text("close-in differs")
+    held_out = page.locator("ec-held-out").get_by_role("row", name="MI-NsGP")
+    expect(held_out).to_have_text(re.compile(r"1\.6°\s+89 %"))
 
 
 def test_reba_takes_the_place_of_rula(page: Page) -> None:

@@ -9,6 +9,7 @@ import { peakEffort, ranked, verdictOf } from "../common/verdict";
 import "../components/ec-assumed";
 import "../components/ec-baselines";
 import "../components/ec-candidates";
+import "../components/ec-cost";
 import "../components/ec-held-out";
 import "../components/ec-moments";
 import "../components/ec-player";
@@ -166,6 +167,12 @@ export class EcAssessmentPage extends LitElement {
             ></ec-assumed>
           </section>
           <section class="card">
+            ${
+              candidate.cost
+                ? html`<h2>What ${candidate.id} costs</h2>
+                    <ec-cost .candidate=${candidate}></ec-cost>`
+                : nothing
+            }
             <h2>What simpler predictors say of ${candidate.id}</h2>
             <ec-baselines
               .candidates=${assessment.candidates}

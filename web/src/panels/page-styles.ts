@@ -102,6 +102,9 @@ export const pageStyles = css`
   .more h2 {
     margin-bottom: 0.5rem;
   }
+  .more section > * + h2 {
+    margin-top: 1.1rem;
+  }
   .empty {
     grid-column: 1 / -1;
     padding: 3rem 1rem;
