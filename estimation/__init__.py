@@ -22,6 +22,7 @@ from estimation.errors import (
     SingularContactsError,
 )
 from estimation.foot_motion import sole_motion, sole_points
+from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
 
 __all__ = [
     "SUPPORTS",
@@ -33,12 +34,16 @@ __all__ = [
     "EstimationError",
     "FootMotion",
     "IllConditionedError",
+    "ImuPlacement",
+    "LinkMotion",
     "MeasurementError",
     "NoContactError",
+    "PlacementEstimator",
     "SingularContactsError",
     "base_velocity",
     "classify_by_force",
     "configuration_from_link",
+    "place_imu",
     "sole_motion",
     "sole_points",
 ]
