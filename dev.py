@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from devtools.checkout import Checkout
-from devtools.checks import Check, lint_checks, pytest, run_checks, test_checks
+from devtools.checks import Check, lint_checks, programs, pytest, run_checks, test_checks
 from devtools.commands import Stop, call, say
 from devtools.environment import set_up, set_up_tools
 
@@ -88,33 +88,26 @@ def lint(checkout: Checkout, options: argparse.Namespace) -> None:
 
 
 def bench(checkout: Checkout, options: argparse.Namespace) -> None:
-    """Runs the benchmarks named, or all of them, one after the other."""
-    folder = checkout.root / "benchmarks"
-    there = [path.stem for path in folder.glob("[!_]*.py")]
-    there = sorted(there + [path.parent.name for path in folder.glob("*/__main__.py")])
+    """Runs the benchmarks and examples named, or all of them, one after the other."""
+    there = {
+        check.name: check
+        for folder in ("benchmarks", "examples")
+        for check in programs(checkout, folder)
+    }
     unknown = sorted(set(options.names) - set(there))
     if unknown:
         raise Stop(
             f"There is no benchmark called {', '.join(unknown)}.",
             f"name one of {', '.join(there)}",
         )
-    set_up_tools(checkout, tests=True)
-    python = str(checkout.python)
-    run_checks(
-        checkout,
-        [
-            Check(name, [python, "-m", f"benchmarks.{name}"], checkout.root)
-            for name in options.names or there
-        ],
-    )
+    set_up(checkout, tests=True)
+    run_checks(checkout, [there[name] for name in options.names or there])
 
 
 def docs(checkout: Checkout, options: argparse.Namespace) -> None:
     """Makes again what the documents show and scripts produce."""
     set_up(checkout, tests=True)
-    scripts = sorted((checkout.root / "docs").glob("*.py"))
-    python = str(checkout.python)
-    run_checks(checkout, [Check(path.name, [python, str(path)], checkout.root) for path in scripts])
+    run_checks(checkout, programs(checkout, "docs"))
 
 
 def setup(checkout: Checkout, options: argparse.Namespace) -> None:
@@ -150,7 +143,9 @@ def parser() -> argparse.ArgumentParser:
     tests.add_argument("arguments", nargs="*", help="handed to pytest")
     command("setup", setup, "prepare .venv and stop there")
     command("lint", lint, "style, types and import rules")
-    command("bench", bench, "benchmarks").add_argument("names", nargs="*", help="those to run")
+    command("bench", bench, "benchmarks and examples, with their figures").add_argument(
+        "names", nargs="*", help="those to run"
+    )
     command("docs", docs, "make the documents' pictures again")
     return top
 

@@ -47,6 +47,18 @@ def test_checks(checkout: Checkout) -> list[Check]:
     return [*checks, Check("tests", rest, checkout.root)]
 
 
+def programs(checkout: Checkout, folder: str) -> list[Check]:
+    """Returns the programs in a folder of the checkout, named by their place in it."""
+    root = checkout.root / folder
+    names = [
+        ".".join(path.relative_to(root).with_suffix("").parts)
+        for path in sorted(root.rglob("*.py"))
+        if "__main__" in path.read_text("utf-8")
+    ]
+    python = str(checkout.python)
+    return [Check(name, [python, "-m", f"{folder}.{name}"], checkout.root) for name in names]
+
+
 def tool(checkout: Checkout, name: str, *argv: str) -> list[str]:
     """Returns the command of a tool that lives in ``.venv``."""
     return [str(checkout.bin / name), *argv]

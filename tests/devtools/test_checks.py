@@ -28,3 +28,15 @@ def test_recordings_beside_the_checkout_are_used(checkout: Checkout, tmp_path: P
     assert checks.check_env(inner)["ERGOCAST_RECORDINGS"] == str(tmp_path / "shared" / "data")
     inner.env["ERGOCAST_RECORDINGS"] = "elsewhere"
     assert checks.check_env(inner)["ERGOCAST_RECORDINGS"] == "elsewhere"
+
+
+def test_programs_are_found_by_what_they_hold(checkout: Checkout) -> None:
+    inner = checkout.root / "benchmarks" / "prediction"
+    inner.mkdir(parents=True)
+    (inner / "__init__.py").touch()
+    (inner / "shared.py").write_text("TABLE = 1\n")
+    for path in (inner / "speed.py", inner.parent / "scoring.py"):
+        path.write_text('if __name__ == "__main__":\n    pass\n')
+    found = checks.programs(checkout, "benchmarks")
+    assert [check.name for check in found] == ["prediction.speed", "scoring"]
+    assert found[0].argv[1:] == ["-m", "benchmarks.prediction.speed"]
