@@ -14,6 +14,14 @@ from estimation.contacts import (
     FootMotion,
     classify_by_force,
 )
+from estimation.covariances import (
+    APPLICATION,
+    PRESETS,
+    TPOSE_LOAD,
+    TPOSE_NO_LOAD,
+    ModelCovariances,
+    TwoStepCovariances,
+)
 from estimation.errors import (
     EstimationError,
     IllConditionedError,
@@ -21,29 +29,70 @@ from estimation.errors import (
     NoContactError,
     SingularContactsError,
 )
+from estimation.estimate_record import Estimate, Method
 from estimation.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
+from estimation.map_errors import (
+    CovarianceError,
+    MissingMeasurementError,
+    SensorError,
+    TreeError,
+    UnknownLinkError,
+)
+from estimation.map_estimator import estimate
+from estimation.sensors import (
+    Accelerometer,
+    AngularAcceleration,
+    ForceTorque,
+    FreeWrench,
+    JointAcceleration,
+    Measurement,
+)
+from estimation.tree import EstimationTree, hinge_tree, real_tree
 
 __all__ = [
+    "APPLICATION",
+    "PRESETS",
     "SUPPORTS",
+    "TPOSE_LOAD",
+    "TPOSE_NO_LOAD",
+    "Accelerometer",
+    "AngularAcceleration",
     "BaseVelocity",
     "Contact",
     "ContactDetector",
     "ContactThresholds",
     "Contacts",
+    "CovarianceError",
+    "Estimate",
     "EstimationError",
+    "EstimationTree",
     "FootMotion",
+    "ForceTorque",
+    "FreeWrench",
     "IllConditionedError",
     "ImuPlacement",
+    "JointAcceleration",
     "LinkMotion",
+    "Measurement",
     "MeasurementError",
+    "Method",
+    "MissingMeasurementError",
+    "ModelCovariances",
     "NoContactError",
     "PlacementEstimator",
+    "SensorError",
     "SingularContactsError",
+    "TreeError",
+    "TwoStepCovariances",
+    "UnknownLinkError",
     "base_velocity",
     "classify_by_force",
     "configuration_from_link",
+    "estimate",
+    "hinge_tree",
     "place_imu",
+    "real_tree",
     "sole_motion",
     "sole_points",
 ]

@@ -1,0 +1,167 @@
+"""What a run is estimated from: frames that can be used, measurements cut to them, what is derived.
+
+Nothing missing is ever taken to be zero: an acceleration is measured, derived from the motion and
+said to be, or refused.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from estimation.covariances import LARGEST_FREE_VARIANCE, ModelCovariances
+from estimation.map_errors import MissingMeasurementError, SensorError
+from estimation.sensors import (
+    Accelerometer,
+    AngularAcceleration,
+    ForceTorque,
+    FreeWrench,
+    JointAcceleration,
+    Measurement,
+    describe,
+    frames_at_fault,
+)
+from estimation.spatial import Array, IntArray
+from estimation.tree import EstimationTree
+from estimation.tree_kinematics import base_acceleration, rows, tree_kinematics
+
+Missing = Literal["refuse", "leave_out"]
+_CHUNK = 1024
+
+
+def usable_frames(
+    measurements: Sequence[Measurement], frames: int, missing: Missing
+) -> tuple[IntArray, dict[str, tuple[int, ...]]]:
+    """Returns the frames where every measurement is finite, and the others by measurement.
+
+    Raises:
+        SensorError: a measurement has another number of frames; or one is not finite, and it is to
+            be refused; or no frame is left.
+    """
+    for sensor in measurements:
+        if not isinstance(sensor, FreeWrench) and np.shape(sensor.value)[:1] != (frames,):
+            raise SensorError(
+                describe(sensor), f"expected {frames} frames, got shape {np.shape(sensor.value)}"
+            )
+    found = frames_at_fault(measurements)
+    if found and missing == "refuse":
+        name, bad = next(iter(found.items()))
+        raise SensorError(
+            name, "expected finite numbers; mend them, or pass missing='leave_out'", bad
+        )
+    good = np.ones(frames, dtype=np.bool_)
+    for bad in found.values():
+        good[bad] = False
+    if not np.any(good):
+        raise SensorError(", ".join(found), "expected at least one frame with finite numbers")
+    return np.flatnonzero(good), {name: tuple(sorted(set(bad))) for name, bad in found.items()}
+
+
+def of_frames(sensor: Measurement, chosen: IntArray, frames: int) -> Measurement:
+    """Returns a measurement cut to some of its frames, with all that changes with them."""
+    if isinstance(sensor, FreeWrench):
+        return sensor
+    value = np.asarray(sensor.value, dtype=np.float64)[chosen]
+    covariance = np.asarray(sensor.covariance, dtype=np.float64)
+    if covariance.ndim == (2 if isinstance(sensor, JointAcceleration) else 3):
+        covariance = covariance[chosen]
+    if isinstance(sensor, JointAcceleration):
+        return replace(sensor, value=value, covariance=covariance)
+    rotation = sensor.rotation
+    if rotation is not None and np.ndim(rotation) == 3:
+        rotation = np.asarray(rotation, dtype=np.float64)[chosen]
+    if isinstance(sensor, AngularAcceleration):
+        return replace(sensor, value=value, covariance=covariance, rotation=rotation)
+    position = sensor.position
+    if np.ndim(position) == 2:
+        position = np.asarray(position, dtype=np.float64)[chosen]
+    return replace(sensor, value=value, covariance=covariance, rotation=rotation, position=position)
+
+
+def completed(
+    tree: EstimationTree,
+    q: Array,
+    v: Array,
+    a: Array | None,
+    measurements: Sequence[Measurement],
+    covariances: ModelCovariances,
+) -> tuple[list[Measurement], list[str]]:
+    """Adds the accelerations that nobody measured, derived from the motion, and says so.
+
+    Args:
+        tree: the links.
+        q: ``(frames, 7 + n_dof)``.
+        v: ``(frames, 6 + n_dof)``.
+        a: ``(frames, 6 + n_dof)``, or None where the motion has none.
+        measurements: what there is.
+        covariances: how far what is derived is believed.
+
+    Returns:
+        The measurements and, in words, what was added or changed.
+
+    Raises:
+        MissingMeasurementError: an acceleration is neither measured nor in the motion.
+    """
+    out, assumed = [], []
+    for sensor in measurements:
+        if isinstance(sensor, FreeWrench) and _mixed(sensor):
+            sensor = replace(sensor, force_sd=LARGEST_FREE_VARIANCE**0.5)
+            assumed.append(
+                f"{describe(sensor)}: force_sd lowered to {sensor.force_sd:.0f} N; beyond it, "
+                "beside a moment that is not free, the force's variance has no digits left"
+            )
+        out.append(sensor)
+    has_joints = any(isinstance(sensor, JointAcceleration) for sensor in measurements)
+    if not has_joints and not np.isfinite(covariances.joint_acceleration_prior):
+        if a is None:
+            raise MissingMeasurementError(
+                "joint accelerations: expected a JointAcceleration or the motion's accelerations "
+                "`a`; got neither, and they are never taken to be zero"
+            )
+        out.append(JointAcceleration(a[:, 6:], covariances.derived_joint_sd**2))
+        assumed.append(
+            "joint accelerations: derived from the motion, sd "
+            f"{covariances.derived_joint_sd:g} rad/s^2"
+        )
+    if not any(isinstance(sensor, Accelerometer) for sensor in measurements):
+        if a is None:
+            raise MissingMeasurementError(
+                "link accelerations: expected an Accelerometer or the motion's accelerations `a`; "
+                "got neither, and they are never taken to be zero, which would be free fall"
+            )
+        base = np.concatenate(
+            [
+                base_acceleration(tree_kinematics(tree, q[part], v[part]), v[part], a[part])
+                for part in rows(len(q), _CHUNK)
+            ]
+        )
+        pelvis = tree.link_names[0]
+        linear, angular = covariances.derived_acceleration_sd, covariances.derived_angular_sd
+        out.append(Accelerometer(pelvis, base[:, :3], linear**2))
+        assumed.append(f"acceleration of {pelvis}: derived from the motion, sd {linear:g} m/s^2")
+        if not any(isinstance(sensor, AngularAcceleration) for sensor in measurements):
+            out.append(AngularAcceleration(pelvis, base[:, 3:], angular**2))
+            assumed.append(
+                f"angular acceleration of {pelvis}: derived from the motion, sd {angular:g} rad/s^2"
+            )
+    return out, assumed
+
+
+def _mixed(sensor: FreeWrench) -> bool:
+    free = sensor.force_sd**2
+    return free > LARGEST_FREE_VARIANCE and sensor.moment_sd**2 < 1e-2 * free
+
+
+def force_sensors(measurements: Sequence[Measurement]) -> tuple[str, ...]:
+    """Returns the links with a `ForceTorque`, each once."""
+    return tuple(
+        dict.fromkeys(sensor.link for sensor in measurements if isinstance(sensor, ForceTorque))
+    )
+
+
+def free_links(measurements: Sequence[Measurement]) -> tuple[str, ...]:
+    """Returns the links with a `FreeWrench`, each once."""
+    return tuple(
+        dict.fromkeys(sensor.link for sensor in measurements if isinstance(sensor, FreeWrench))
+    )
