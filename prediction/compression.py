@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 MAX_CENTRES = 384
 #: Prior variance left unexplained at every training input, relative, at which no more are added.
 RESIDUAL_TOLERANCE = 1e-4
+#: The same as a share of the noise, whichever is less, but not below the rounding of the factor.
+NOISE_SHARE = 1e-2
+TOLERANCE_FLOOR = 1e-7
 _JITTER = 1e-9
 
 
@@ -102,7 +105,7 @@ def compressed_posterior(
     noise: float,
     *,
     at_most: int = MAX_CENTRES,
-    tolerance: float = RESIDUAL_TOLERANCE,
+    tolerance: float | None = None,
 ) -> Posterior:
     """Conditions on every training point, through few centres.
 
@@ -115,13 +118,15 @@ def compressed_posterior(
         residual: Targets less their mean, ``(N, k)``.
         noise: Noise ratio rho.
         at_most: Most centres.
-        tolerance: See `pivoted_centres`.
+        tolerance: See `pivoted_centres`; from the constants above if not given.
 
     Returns:
         The posterior on M <= N centres; the exact one when all inputs would be centres.
 
     Source: deterministic training conditional, Quinonero-Candela and Rasmussen 2005, eq. 20.
     """
+    if tolerance is None:
+        tolerance = max(min(RESIDUAL_TOLERANCE, NOISE_SHARE * noise), TOLERANCE_FLOOR)
     chosen = pivoted_centres(inputs, at_most, tolerance)
     if len(chosen) == len(inputs):
         return exact_posterior(inputs, residual, noise)

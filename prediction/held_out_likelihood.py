@@ -5,9 +5,11 @@ smooth, noise-free law, shortens the length-scales and interpolates; what it the
 beyond the demonstrations is worth little. Here each contiguous part of the demonstrations is
 predicted from the others, sample by sample.
 
+The prior mean is zero: far from what was demonstrated y fades, and W alone follows the hand. A
+constant estimated from strongly correlated samples would be carried everywhere.
+
 Derived here (and known as the block form of leave-one-out, Rasmussen and Williams, section 5.4.2):
-with ``A = (K + rho I)^-1`` and the constant mean projected out,
-``A <- A - A 1 1' A / (1' A 1)``, the prediction error of block B given all other samples is
+with ``A = (K + rho I)^-1`` the prediction error of block B given all other samples is
 ``A_BB^-1 (A Y)_B`` and its covariance ``A_BB^-1 (x) S``. Only the diagonal of ``A_BB^-1`` is used:
 each sample is scored on its own. Its error is linear in Y, so W keeps its exact gradient.
 """
@@ -17,7 +19,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from prediction.kernels import InputScaling
-from prediction.marginal_likelihood import FastEngine
+from prediction.marginal_likelihood import LOG_NOISE_BOUNDS, FastEngine
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,9 @@ class HeldOutEngine(FastEngine):
         xdot: Training hand velocities, ``(N, m)``.
         parts: Masks ``(N,)`` of the contiguous parts.
     """
+
+    # Human motion is never repeated to better than this; below lies interpolation.
+    noise_bounds = (float(np.log(1e-3)), LOG_NOISE_BOUNDS[1])
 
     def __init__(
         self, scaling: InputScaling, q: Array, xdot: Array, parts: list[NDArray[np.bool_]]
@@ -53,8 +58,6 @@ class HeldOutEngine(FastEngine):
         K[np.diag_indices(count)] += np.exp(theta[-1])
         factor = scipy.linalg.cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
         A = scipy.linalg.cho_solve(factor, np.eye(count), overwrite_b=True, check_finite=False)
-        ones = A.sum(axis=1)
-        A -= np.outer(ones, ones) / ones.sum()
         residual_map, variance = np.empty_like(A), np.empty(count)
         for part in self._parts:
             inverse = np.linalg.inv(A[np.ix_(part, part)])

@@ -22,8 +22,8 @@ from prediction.kernels import InputScaling, squared_exponential
 Array = NDArray[np.float64]
 
 #: Bounds of theta: length-scales in deviations, and the noise ratio.
-LOG_SCALE_BOUNDS = (np.log(0.05), np.log(100.0))
-LOG_NOISE_BOUNDS = (np.log(1e-6), np.log(1e3))
+LOG_SCALE_BOUNDS = (float(np.log(0.05)), float(np.log(100.0)))
+LOG_NOISE_BOUNDS = (float(np.log(1e-6)), float(np.log(1e3)))
 #: Spread of the noise ratios tried for each candidate W around the current one.
 NOISE_STEPS = np.linspace(-3.0, 3.0, 13)
 
@@ -51,11 +51,11 @@ class TargetScorer(Protocol):
         """Returns the score of one target ``(N, k)`` and its derivative by it, ``(N, k)``."""
 
 
-def clip_theta(theta: Array) -> Array:
+def clip_theta(theta: Array, noise_bounds: tuple[float, float] = LOG_NOISE_BOUNDS) -> Array:
     """Keeps theta where the numbers stay sound."""
     theta = np.array(theta, dtype=np.float64)
     theta[:-1] = np.clip(theta[:-1], *LOG_SCALE_BOUNDS)
-    theta[-1] = np.clip(theta[-1], *LOG_NOISE_BOUNDS)
+    theta[-1] = np.clip(theta[-1], *noise_bounds)
     return theta
 
 
@@ -67,6 +67,8 @@ class FastEngine:
         q: Training postures, ``(N, n)``.
         xdot: Training hand velocities, ``(N, m)``.
     """
+
+    noise_bounds: tuple[float, float] = LOG_NOISE_BOUNDS
 
     def __init__(self, scaling: InputScaling, q: Array, xdot: Array) -> None:
         """Keeps the inputs."""
@@ -101,11 +103,11 @@ class FastEngine:
         """See `LikelihoodEngine.optimise`; Nelder-Mead, since theta has two or three numbers."""
 
         def negative(candidate: Array) -> float:
-            clipped = clip_theta(candidate)
+            clipped = clip_theta(candidate, self.noise_bounds)
             outside = float(((candidate - clipped) ** 2).sum())
             return -self.log_likelihood(clipped, Y) + outside
 
-        start = clip_theta(theta)
+        start = clip_theta(theta, self.noise_bounds)
         simplex = np.vstack([start, start + 0.7 * np.eye(len(start))])
         found = scipy.optimize.minimize(
             negative,
@@ -118,7 +120,7 @@ class FastEngine:
                 "fatol": 1e-6,
             },
         )
-        best = clip_theta(found.x)
+        best = clip_theta(found.x, self.noise_bounds)
         return best if -negative(best) >= -negative(start) else start
 
     def scorer(self, theta: Array) -> "EigenScorer":

@@ -21,8 +21,9 @@ from prediction.familiarity import Familiarity
 from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kernels import KernelKind
+from prediction.law_search import Criterion, EngineName, WeightKind
 from prediction.methods import BASELINES, METHODS, method_class
-from prediction.mi_nsgp import Criterion, EngineName, MiNsGp, WeightKind
+from prediction.mi_nsgp import MAX_SAMPLES, MiNsGp
 from prediction.model_file import model_bytes, model_from_bytes
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
@@ -45,6 +46,7 @@ class TrainingOptions:
             from sample to sample, and ``marginal`` with gpytorch, which has no other.
         weights: See `MiNsGp.fit`.
         max_evaluations: Budget of the weight search, per task.
+        max_samples: Samples the likelihood is taken on; its cost grows with their cube.
         blocks: Parts the demonstrations are cut into to measure bands.
     """
 
@@ -54,8 +56,9 @@ class TrainingOptions:
     optimizer: Optimizer = "bipop"
     engine: EngineName = "fast"
     criterion: Criterion | None = None
-    weights: WeightKind = "diagonal"
+    weights: WeightKind = "correlated"
     max_evaluations: int = 3000
+    max_samples: int = MAX_SAMPLES
     blocks: int = 4
 
     def __post_init__(self) -> None:
@@ -145,6 +148,7 @@ def fit_predictor(
             criterion=options.resolved_criterion,
             weights=options.weights,
             max_evaluations=options.max_evaluations,
+            max_samples=options.max_samples,
         )
     return METHODS[name].fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
@@ -225,6 +229,7 @@ def train_operator(
                 "criterion": options.resolved_criterion,
                 "weights": options.weights,
                 "max_evaluations": options.max_evaluations,
+                "max_samples": options.max_samples,
                 "blocks": options.blocks,
             },
             "samples": len(demonstrations),
