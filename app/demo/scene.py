@@ -26,6 +26,8 @@ _SUBJECT = Subject(1.72, 68.0, "female")
 _SEED = 7
 #: Ways the robot led her before, from which the model learns; and those it may choose from now.
 _LED_BEFORE = 20
+#: Enough for a demonstration that is made while someone waits; training on more is the default.
+_SAMPLES = 350
 _CANDIDATES = 6
 _PAYLOAD_KG, _SHARE = 6.0, 0.5
 
@@ -67,7 +69,7 @@ def trained(who: Person, progress: Progress | None = None) -> Trained:
         demonstrations(who),
         "right",
         seed=_SEED,
-        options=TrainingOptions(optimizer="gradient"),
+        options=TrainingOptions(optimizer="gradient", blocks=2, max_samples=_SAMPLES),
         progress=progress,
         notes=("simulated, not recorded",),
     )
