@@ -22,6 +22,7 @@ from estimation.covariances import (
     ModelCovariances,
     TwoStepCovariances,
 )
+from estimation.effort import JointEfforts, JointLoad, joint_efforts, joint_load
 from estimation.errors import (
     EstimationError,
     IllConditionedError,
@@ -40,6 +41,8 @@ from estimation.map_errors import (
     UnknownLinkError,
 )
 from estimation.map_estimator import estimate
+from estimation.norm_quantiles import norm_quantiles
+from estimation.payload import Payload, payload
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,
@@ -48,6 +51,7 @@ from estimation.sensors import (
     JointAcceleration,
     Measurement,
 )
+from estimation.stance_calibration import StanceCalibration, calibrate_stance, with_mass
 from estimation.tree import EstimationTree, hinge_tree, real_tree
 
 __all__ = [
@@ -73,6 +77,8 @@ __all__ = [
     "IllConditionedError",
     "ImuPlacement",
     "JointAcceleration",
+    "JointEfforts",
+    "JointLoad",
     "LinkMotion",
     "Measurement",
     "MeasurementError",
@@ -80,19 +86,27 @@ __all__ = [
     "MissingMeasurementError",
     "ModelCovariances",
     "NoContactError",
+    "Payload",
     "PlacementEstimator",
     "SensorError",
     "SingularContactsError",
+    "StanceCalibration",
     "TreeError",
     "TwoStepCovariances",
     "UnknownLinkError",
     "base_velocity",
+    "calibrate_stance",
     "classify_by_force",
     "configuration_from_link",
     "estimate",
     "hinge_tree",
+    "joint_efforts",
+    "joint_load",
+    "norm_quantiles",
+    "payload",
     "place_imu",
     "real_tree",
     "sole_motion",
     "sole_points",
+    "with_mass",
 ]

@@ -33,6 +33,15 @@ class Scene:
     torque: np.ndarray
     sensors: list
 
+    def load_world(self, hand="RightHandCOM"):
+        """The load's pull in world axes."""
+        model = self.model.pinocchio()
+        data, out = model.createData(), []
+        for q, load in zip(self.q, self.load, strict=True):
+            pin.framesForwardKinematics(model, data, q)
+            out.append(data.oMf[model.getFrameId(hand)].rotation @ load)
+        return np.array(out)
+
     def noisy(self, rng):
         """The same readings with the noise that their covariances state."""
         out = []
