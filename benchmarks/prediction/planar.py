@@ -139,7 +139,7 @@ def fit_and_score(
         figures = replace(score(fitted, test, xdot), seconds=seconds)
         if isinstance(fitted, MiNsGp):
             error = float(np.std(fitted.log_weights - truth))
-            figures = replace(figures, weight_error=error, evaluations=fitted.evaluations)
+            figures = replace(figures, weight_error=error, evaluations=fitted.law.evaluations)
         rows[label] = figures
     return rows
 

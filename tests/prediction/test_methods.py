@@ -171,7 +171,7 @@ def test_bipop_reaches_what_the_gradient_reaches(split, fitted):
         max_evaluations=900,
         progress=lambda *a: told.append(a),
     )
-    assert bipop.score == pytest.approx(fitted["mi-nsgp"].score, abs=5e-3)
+    assert bipop.law.score == pytest.approx(fitted["mi-nsgp"].law.score, abs=5e-3)
     assert told and np.isfinite([t[2] for t in told]).all()
 
 
@@ -182,7 +182,38 @@ def test_gpytorch_engine_trains_the_same_model(split):
         for engine in ("fast", "gpytorch")
     ]
     np.testing.assert_allclose(models[0].log_weights, models[1].log_weights, atol=0.1)
-    assert models[0].score == pytest.approx(models[1].score, abs=0.05)
+    assert models[0].law.score == pytest.approx(models[1].law.score, abs=0.05)
+
+
+@pytest.mark.parametrize("criterion", ["marginal", "held-out"])
+def test_correlated_weights_start_from_the_demonstrations_and_gain(split, criterion):
+    train = split[1].take(slice(0, 150))
+    model = MiNsGp.fit(
+        train,
+        np.random.default_rng(0),
+        optimizer="gradient",
+        criterion=criterion,
+        weights="correlated",
+    )
+    W = model.weights
+    assert W.shape == (5, 5) and (np.linalg.eigvalsh(W) > 0).all()
+    root = np.sqrt(np.diagonal(W))
+    C = CovIk.fit(train, np.random.default_rng(0)).second_moment
+    scale = np.sqrt(np.diagonal(C))
+    np.testing.assert_allclose(W / root[:, None] / root, C / scale[:, None] / scale, atol=1e-12)
+    np.testing.assert_allclose(model.implied_costs(), np.diagonal(np.linalg.inv(W)))
+    law = model.predict(split[2].q, split[2].xdot, split[2].jacobian)
+    hand = np.einsum("tmn,tn->tm", split[2].jacobian, law.mean)
+    np.testing.assert_allclose(hand, split[2].xdot, atol=1e-12)
+
+
+def test_far_from_the_demonstrations_weights_alone_follow(split):
+    model = MiNsGp.fit(
+        split[1], np.random.default_rng(0), optimizer="gradient", criterion="held-out"
+    )
+    far = split[2].q[:5] + 50.0
+    null = model.null_velocity(far, split[2].xdot[:5], split[2].jacobian[:5])
+    np.testing.assert_allclose(null, 0.0, atol=1e-12)
 
 
 def test_held_out_criterion_also_finds_the_weights(split):

@@ -57,6 +57,23 @@ def test_gradient_by_log_weights_is_the_derivative(problem, rng):
     assert slope.sum() == pytest.approx(0.0, abs=1e-7)  # W and c W are the same model
 
 
+def test_gradient_with_correlations_is_the_derivative_too(problem, rng):
+    _, demonstrations, basis, *_ = problem
+    root = rng.normal(size=(5, 5))
+    moment = root @ root.T + 0.5 * np.eye(5)
+    scale = np.sqrt(np.diagonal(moment))
+    targets = NullSpaceTargets(demonstrations, basis, moment / scale[:, None] / scale)
+    scaling = InputScaling.of("separate", demonstrations.q, demonstrations.xdot, 2)
+    engine = FastEngine(scaling, demonstrations.q, demonstrations.xdot)
+    scorer = engine.scorer(np.array([0.0, 3.0, -5.0]))
+    at = 0.5 * rng.normal(size=5)
+    slope = targets.pull_back(at, scorer.score_and_slope(targets.one(at))[1])
+    for j in range(5):
+        step = 1e-5 * np.eye(5)[j]
+        up, down = scorer.scores(targets.many(np.stack([at + step, at - step])))
+        assert slope[j] == pytest.approx((up - down) / 2e-5, rel=1e-4, abs=1e-6)
+
+
 def test_mean_zero_axes_leave_out_the_scale(rng):
     axes = mean_zero_axes(6)
     np.testing.assert_allclose(axes.T @ axes, np.eye(5), atol=1e-12)
