@@ -168,7 +168,7 @@ def test_bipop_reaches_what_the_gradient_reaches(split, fitted):
         split[1],
         np.random.default_rng(0),
         optimizer="bipop",
-        max_evaluations=900,
+        max_evaluations=800,
         progress=lambda *a: told.append(a),
     )
     assert bipop.law.score == pytest.approx(fitted["mi-nsgp"].law.score, abs=5e-3)
@@ -176,9 +176,15 @@ def test_bipop_reaches_what_the_gradient_reaches(split, fitted):
 
 
 def test_gpytorch_engine_trains_the_same_model(split):
-    few = split[1].take(slice(0, 100))
+    few = split[1].take(slice(0, 60))
     models = [
-        MiNsGp.fit(few, np.random.default_rng(0), optimizer="gradient", engine=engine)
+        MiNsGp.fit(
+            few,
+            np.random.default_rng(0),
+            optimizer="gradient",
+            engine=engine,
+            max_evaluations=60,
+        )
         for engine in ("fast", "gpytorch")
     ]
     np.testing.assert_allclose(models[0].log_weights, models[1].log_weights, atol=0.1)
@@ -187,13 +193,14 @@ def test_gpytorch_engine_trains_the_same_model(split):
 
 @pytest.mark.parametrize("criterion", ["marginal", "held-out"])
 def test_correlated_weights_start_from_the_demonstrations_and_gain(split, criterion):
-    train = split[1].take(slice(0, 150))
+    train = split[1].take(slice(0, 100))
     model = MiNsGp.fit(
         train,
         np.random.default_rng(0),
         optimizer="gradient",
         criterion=criterion,
         weights="correlated",
+        max_evaluations=60,
     )
     W = model.weights
     assert W.shape == (5, 5) and (np.linalg.eigvalsh(W) > 0).all()
@@ -207,19 +214,19 @@ def test_correlated_weights_start_from_the_demonstrations_and_gain(split, criter
     np.testing.assert_allclose(hand, split[2].xdot, atol=1e-12)
 
 
-def test_far_from_the_demonstrations_weights_alone_follow(split):
+def test_held_out_criterion_finds_the_weights_and_fades_far_away(split):
+    raw, train, test = split
     model = MiNsGp.fit(
-        split[1], np.random.default_rng(0), optimizer="gradient", criterion="held-out"
+        train.take(slice(0, 160)),
+        np.random.default_rng(0),
+        optimizer="gradient",
+        criterion="held-out",
+        max_evaluations=100,
     )
-    far = split[2].q[:5] + 50.0
-    null = model.null_velocity(far, split[2].xdot[:5], split[2].jacobian[:5])
+    assert np.std(model.log_weights - np.log(raw.law.mobility)) < 0.3
+    far = test.q[:5] + 50.0
+    null = model.null_velocity(far, test.xdot[:5], test.jacobian[:5])
     np.testing.assert_allclose(null, 0.0, atol=1e-12)
-
-
-def test_held_out_criterion_also_finds_the_weights(split):
-    raw, train, _ = split
-    model = MiNsGp.fit(train, np.random.default_rng(0), optimizer="gradient", criterion="held-out")
-    assert np.std(model.log_weights - np.log(raw.law.mobility)) < 0.15
 
 
 @pytest.mark.parametrize("option", ["kernel", "optimizer", "engine", "criterion"])

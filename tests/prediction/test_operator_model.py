@@ -246,14 +246,14 @@ def person():
     }
     chain = Chain(scale_model(Subject(1.75, 72.0, "female"), offsets))
     rng = np.random.default_rng(0)
-    time_s = np.arange(120) / 30
+    time_s = np.arange(100) / 30
     rate, phase = rng.uniform(0.5, 2.5, (2, 30))
     swing = rng.normal(0, 0.04, (30, chain.n))
     middle = np.clip(0.3, chain.lower + 0.2, chain.upper - 0.2)
     q = middle + np.sin(time_s[:, None] * rate + 6 * phase) @ swing
     qdot = (rate * np.cos(time_s[:, None] * rate + 6 * phase)) @ swing
     demonstrations = demonstrations_from_samples(chain, q, qdot, time_s)
-    options = TrainingOptions(method="cov-ik", blocks=2)
+    options = TrainingOptions(method="minimum-norm", blocks=2)
     return chain, demonstrations, train_operator(chain, demonstrations, seed=0, options=options)
 
 
