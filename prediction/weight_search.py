@@ -3,9 +3,11 @@
 W and c W are the same model, so the search runs over log weights of mean zero.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from types import ModuleType
+from typing import Literal, cast
 
 import numpy as np
 import scipy.optimize
@@ -106,6 +108,15 @@ def scaled_correlation(log_weights: Array, correlation: Array | None) -> Array:
     return np.asarray(root[:, None] * correlation * root)
 
 
+def optimiser() -> ModuleType:
+    """Returns pycma, loaded only when a search runs: prediction itself needs no optimiser."""
+    with warnings.catch_warnings():
+        # pycma tells everybody without matplotlib that its plots, which nobody here asks for, are off.
+        warnings.filterwarnings("ignore", "Could not import matplotlib", UserWarning)
+        import cma
+    return cast(ModuleType, cma)
+
+
 @dataclass(frozen=True, slots=True)
 class WeightSearch:
     """Result of a search.
@@ -161,8 +172,7 @@ def search_bipop(
 
     Source: Hansen 2009, BIPOP-CMA-ES (the regimes' population sizes and steps); pycma runs each.
     """
-    import cma  # here, so that prediction needs no optimiser at run time
-
+    cma = optimiser()
     axes = mean_zero_axes(len(start))
     best, best_score, spent = start - start.mean(), -np.inf, 0
     default = 4 + int(3 * np.log(axes.shape[1]))

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -125,3 +128,12 @@ def test_search_tells_its_progress_and_stops_when_asked(problem):
         )
     with pytest.raises(TrainingCancelledError):
         search_gradient(score_and_slope, np.zeros(5), max_evaluations=60, should_stop=lambda: True)
+
+
+def test_a_search_says_nothing_of_plots_nobody_asked_for() -> None:
+    code = (
+        "import sys, warnings; sys.modules['matplotlib'] = None; warnings.simplefilter('error');"
+        "from prediction.weight_search import optimiser; optimiser()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
