@@ -111,7 +111,7 @@ def scaled_correlation(log_weights: Array, correlation: Array | None) -> Array:
 def optimiser() -> ModuleType:
     """Returns pycma, loaded only when a search runs: prediction itself needs no optimiser."""
     with warnings.catch_warnings():
-        # pycma tells everybody without matplotlib that its plots, which nobody here asks for, are off.
+        # Without matplotlib pycma says that its plots, which nobody here asks for, are off.
         warnings.filterwarnings("ignore", "Could not import matplotlib", UserWarning)
         import cma
     return cast(ModuleType, cma)
