@@ -7,6 +7,7 @@ from estimation.base_velocity import (
     configuration_from_link,
 )
 from estimation.contacts import (
+    ROLLING_GAIT,
     SUPPORTS,
     ContactDetector,
     Contacts,
@@ -57,6 +58,7 @@ from estimation.tree import EstimationTree, hinge_tree, real_tree
 __all__ = [
     "APPLICATION",
     "PRESETS",
+    "ROLLING_GAIT",
     "SUPPORTS",
     "TPOSE_LOAD",
     "TPOSE_NO_LOAD",

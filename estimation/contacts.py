@@ -108,6 +108,8 @@ class FootMotion:
 class ContactThresholds:
     """When a foot is taken to touch down (enter) and to lift off (leave).
 
+    The defaults are those of a foot at rest; `ROLLING_GAIT` of one that rolls over heel and toe.
+
     Attributes:
         enter_share: of body weight, by force.
         leave_share: of body weight, by force.
@@ -143,6 +145,20 @@ class ContactThresholds:
                         f"{field.name} {enter} and its leave {leave}: expected a gap between them, "
                         "the one for leaving a lesser force or a larger movement"
                     )
+
+
+#: For real gait where a foot counts as down while it bears load: shoes, skin and markers move at up
+#: to a metre a second over the standing heel or toe. Too wide for the zero velocity of
+#: `estimation.base_velocity`, which the defaults are for. Chosen on one person's walk
+#: (tests/recordings/test_contacts.py says what it reaches).
+ROLLING_GAIT = ContactThresholds(
+    enter_speed_m_s=0.6,
+    leave_speed_m_s=0.8,
+    enter_acceleration_m_s2=20.0,
+    leave_acceleration_m_s2=30.0,
+    enter_height_m=0.05,
+    leave_height_m=0.08,
+)
 
 
 class ContactDetector:
