@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from human.threads import single_threaded
 from prediction.chain import Task, TaskChain
 from prediction.demonstrations import Demonstrations
 from prediction.errors import DemonstrationError
@@ -172,6 +173,7 @@ def split_in_time(
     return demonstrations.take(slice(0, cut)), demonstrations.take(slice(cut, None))
 
 
+@single_threaded
 def compare_methods(
     chain: TaskChain,
     demonstrations: Demonstrations,

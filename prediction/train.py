@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human import Chain, Motion
+from human.threads import single_threaded
 from prediction.chain import TASKS, JointReduction, Task, TaskChain
 from prediction.demonstrations import (
     Demonstrations,
@@ -153,6 +154,7 @@ def fit_predictor(
     return METHODS[name].fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
 
+@single_threaded
 def train_operator(
     chain: TaskChain,
     demonstrations: Demonstrations,

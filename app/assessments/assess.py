@@ -22,6 +22,7 @@ from app.assessments.timing import prediction_grid, resample
 from app.models.operator import Operator
 from app.problems import Fault, InvalidRequest, pointer
 from ergonomics import DEFAULT_COST, rank_candidates
+from human.threads import single_threaded
 from prediction import BASELINES
 
 #: Told how many candidates are done, of how many.
@@ -41,6 +42,7 @@ class Outcome:
     postures: list[PostureRecord | None]
 
 
+@single_threaded
 def assess(
     request: AssessmentRequest, operator: Operator, progress: Progress | None = None
 ) -> Outcome:
