@@ -12,7 +12,8 @@ from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
 from prediction.posture_band import PostureBand, fit_band
 from prediction.predictor import Predictor, ShouldStop, check_stop
-from prediction.rollout import Follower, Propagation, propagate
+from prediction.propagation import Propagation, propagate
+from prediction.rollout import Follower
 
 Array = NDArray[np.float64]
 

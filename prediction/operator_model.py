@@ -16,7 +16,8 @@ from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
 from prediction.posture_band import PostureBand
 from prediction.predictor import Predictor
-from prediction.rollout import Follower, HandNoise, Noise, Rollout
+from prediction.propagation import Noise
+from prediction.rollout import Follower, HandNoise, Rollout
 
 Array = NDArray[np.float64]
 
