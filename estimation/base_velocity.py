@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimation.errors import MeasurementError, NoContactError, SingularContactsError
+from estimation.spatial import cross, skew, times
 from human import Chain, HumanModel, forward_kinematics, frame_poses
-from human.rotations import matrix_to_quaternion, quaternion_to_matrix, skew
+from human.rotations import matrix_to_quaternion, quaternion_to_matrix
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -113,7 +114,7 @@ def base_velocity(
         raise NoContactError(names, np.flatnonzero(~supported).tolist(), len(flat))
 
     R = quaternion_to_matrix(flat[:, 3:7])
-    levers, relative = _seen_from_pelvis(model, flat, rates, names, R)
+    levers, relative, _ = _seen_from_pelvis(model, flat, rates, names, R)
     normal, right = np.zeros((len(flat), 6, 6)), np.zeros((len(flat), 6))
     turn_weight = angular_scale_m**2
     for k, contact in enumerate(contacts):
@@ -121,8 +122,8 @@ def base_velocity(
         on = active[k].astype(np.float64)
         rows = np.concatenate([np.broadcast_to(np.eye(3), R.shape), -skew(levers[k])], axis=-1)
         normal += on[:, None, None] * (rows.swapaxes(-1, -2) @ rows)
-        wanted = (on[:, None] * (ground[k] - relative[k][:, :3]))[..., None]
-        right += (rows.swapaxes(-1, -2) @ wanted)[..., 0]
+        wanted = on[:, None] * (ground[k] - relative[k][:, :3])
+        right += times(rows.swapaxes(-1, -2), wanted)
         if contact.rigid:
             normal[:, 3:, 3:] += (turn_weight * on)[:, None, None] * np.eye(3)
             right[:, 3:] -= (turn_weight * on)[:, None] * relative[k][:, 3:]
@@ -135,12 +136,9 @@ def base_velocity(
         [_carried(pelvis, levers[k]) + relative[k] for k in range(len(contacts))], axis=1
     )
     slip[..., :3] -= ground.swapaxes(0, 1)
-    (lever,), (moved,) = _seen_from_pelvis(model, flat, rates, (base,), R)
+    (lever,), (moved,), (R_base,) = _seen_from_pelvis(model, flat, rates, (base,), R)
     twist = np.where(supported[:, None], _carried(pelvis, lever) + moved, 0.0)
-    R_base = frame_poses(model, forward_kinematics(model, flat), base)[0].swapaxes(-1, -2)
-    body = np.concatenate(
-        [(R_base @ twist[:, :3, None])[..., 0], (R_base @ twist[:, 3:, None])[..., 0]], axis=-1
-    )
+    body = np.einsum("bij,bki->bkj", R_base, twist.reshape(-1, 2, 3)).reshape(-1, 6)
     return BaseVelocity(
         base=base,
         twist_world=twist.reshape(*batch, 6),
@@ -189,21 +187,23 @@ def configuration_from_link(
 
 def _seen_from_pelvis(
     model: HumanModel, q: Array, rates: Array, names: tuple[str, ...], R: Array
-) -> tuple[list[Array], list[Array]]:
-    """Returns, in world axes, where each frame is from the pelvis and ``J_s s'``, its twist."""
-    levers, twists = [], []
+) -> tuple[list[Array], list[Array], list[Array]]:
+    """Returns each frame's place from the pelvis, its twist ``J_s s'`` and rotation, world axes."""
+    levers, twists, rotations = [], [], []
     for name in names:
         segment, fixed = model.point(name)
         if segment == 0:
-            levers.append((R @ fixed[:, None])[..., 0])
+            levers.append(times(R, fixed))
             twists.append(np.zeros((len(q), 6)))
+            rotations.append(R)
             continue
         chain = Chain(model, tip=name)
-        place, _, jacobian = chain.forward_and_jacobian(q[:, 7 + chain.dof_indices])
-        twist = (jacobian @ rates[:, chain.dof_indices, None]).reshape(-1, 2, 3)
-        levers.append((R @ place[..., None])[..., 0])
+        place, turned, jacobian = chain.forward_and_jacobian(q[:, 7 + chain.dof_indices])
+        twist = times(jacobian, rates[:, chain.dof_indices]).reshape(-1, 2, 3)
+        levers.append(times(R, place))
         twists.append(np.einsum("bij,bkj->bki", R, twist).reshape(-1, 6))
-    return levers, twists
+        rotations.append(R @ turned)
+    return levers, twists, rotations
 
 
 def _refuse_singular(
@@ -226,7 +226,7 @@ def _refuse_singular(
 
 def _carried(twist: Array, lever: Array) -> Array:
     """Returns the twist ``(batch, 6)`` of the same rigid body at a point ``lever`` away."""
-    linear = twist[:, :3] + np.cross(twist[:, 3:], lever)
+    linear = twist[:, :3] + cross(twist[:, 3:], lever)
     return np.concatenate([linear, twist[:, 3:]], axis=-1)
 
 

@@ -1,12 +1,15 @@
 """How heel and toes move, from a motion of the whole body: for contacts without forces."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from estimation.contacts import FootMotion
 from estimation.errors import MeasurementError
+from estimation.spatial import cross, times
 from human import HumanModel
+from human.rotations import quaternion_to_matrix
 from human.shapes import Box
 
 Array = NDArray[np.float64]
@@ -63,8 +66,6 @@ def sole_motion(
         MeasurementError: shapes do not fit or a number is not finite.
         human.UnknownNameError: the model lacks a foot.
     """
-    pin_model = model.pinocchio()
-    data = pin_model.createData()
     q, v = (np.asarray(x, dtype=np.float64) for x in (q, v))
     rate = np.zeros_like(v) if a is None else np.asarray(a, dtype=np.float64)
     for name, array, width in (("q", q, model.nq), ("v", v, model.nv), ("a", rate, model.nv)):
@@ -73,23 +74,89 @@ def sole_motion(
         bad = ~np.isfinite(array).all(axis=1)
         if np.any(bad):
             raise MeasurementError(f"{name}: expected finite numbers", int(np.argmax(bad)))
-    points = [sole_points(model, side) for side in SIDES]
-    height, speed, acceleration = (np.empty((len(q), 2, 2)) for _ in range(3))
     belt = np.asarray(belt_velocity, dtype=np.float64)
-    aligned = pin.LOCAL_WORLD_ALIGNED
-    for i in range(len(q)):
-        pin.forwardKinematics(pin_model, data, q[i], v[i], rate[i])
-        for side in range(2):
-            for k, (segment, local) in enumerate(points[side]):
-                frame = pin_model.getFrameId(segment)
-                place = pin.updateFramePlacement(pin_model, data, frame)
-                lever = place.rotation @ local
-                twist = pin.getFrameVelocity(pin_model, data, frame, aligned)
-                change = pin.getFrameClassicalAcceleration(pin_model, data, frame, aligned)
-                along = np.cross(twist.angular, lever)
-                height[i, side, k] = place.translation[2] + lever[2] - floor_height_m
-                speed[i, side, k] = np.linalg.norm(twist.linear + along - belt)
-                acceleration[i, side, k] = np.linalg.norm(
-                    change.linear + np.cross(change.angular, lever) + np.cross(twist.angular, along)
-                )
+    height, speed, acceleration = (np.empty((len(q), 2, 2)) for _ in range(3))
+    for side, name in enumerate(SIDES):
+        points = sole_points(model, name)
+        bodies = _chain_motion(model, [segment for segment, _ in points], q, v, rate)
+        for k, (body, (_, local)) in enumerate(zip(bodies, points, strict=True)):
+            at = body.at(local)
+            height[:, side, k] = at.position[:, 2] - floor_height_m
+            speed[:, side, k] = np.linalg.norm(at.velocity - belt, axis=-1)
+            acceleration[:, side, k] = np.linalg.norm(at.acceleration, axis=-1)
     return FootMotion(height, speed, None if a is None else acceleration)
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """How one segment moves, world axes, ``(time, ...)``; accelerations without gravity."""
+
+    rotation: Array
+    omega: Array
+    alpha: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def at(self, local: Array) -> "_Body":
+        """The same body seen at another of its points."""
+        lever = self.rotation @ local
+        along = cross(self.omega, lever)
+        return replace(
+            self,
+            position=self.position + lever,
+            velocity=self.velocity + along,
+            acceleration=self.acceleration + cross(self.alpha, lever) + cross(self.omega, along),
+        )
+
+    def turned(self, axis: int, angle: Array, rate: Array, change: Array) -> "_Body":
+        """The next body, turned against this one about one of its axes."""
+        about = self.rotation[:, :, axis]
+        spin = about * rate[:, None]
+        rotation = self.rotation.copy()
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        rotation[:, :, first] = (
+            cosine * self.rotation[:, :, first] + sine * self.rotation[:, :, second]
+        )
+        rotation[:, :, second] = (
+            cosine * self.rotation[:, :, second] - sine * self.rotation[:, :, first]
+        )
+        return replace(
+            self,
+            rotation=rotation,
+            omega=self.omega + spin,
+            alpha=self.alpha + about * change[:, None] + cross(self.omega, spin),
+        )
+
+
+def _chain_motion(
+    model: HumanModel, wanted: list[str], q: Array, v: Array, a: Array
+) -> list[_Body]:
+    """Returns the motion of segments of one limb, the last one furthest from the pelvis.
+
+    Derived here: joint by joint from the pelvis, ``omega += s e``, ``alpha += s' e + omega x s e``,
+    and the transport of velocity and acceleration along each offset.
+    """
+    way = [model.segment_index(wanted[-1])]
+    while way[0]:
+        way.insert(0, model.parents[way[0]])
+    R = quaternion_to_matrix(q[:, 3:7])
+    omega_body, linear = v[:, 3:6], v[:, :3]
+    body = _Body(
+        rotation=R,
+        omega=times(R, omega_body),
+        alpha=times(R, a[:, 3:6]),
+        position=q[:, :3],
+        velocity=times(R, linear),
+        acceleration=times(R, a[:, :3] + cross(omega_body, linear)),
+    )
+    found = {}
+    for segment in way:
+        if segment:
+            body = body.at(model.offsets[segment - 1])
+            for dof in model.joint_dofs(segment - 1):
+                axis = int(model.dof_axes[dof])
+                body = body.turned(axis, q[:, 7 + dof], v[:, 6 + dof], a[:, 6 + dof])
+        found[model.segment_names[segment]] = body
+    return [found[name] for name in wanted]
