@@ -24,7 +24,7 @@ from app.main import create_app
 from app.settings import Settings
 from tests.app.conftest import Scene
 
-GUIDE = Path(__file__).parents[2] / "docs" / "api.md"
+ROOT = Path(__file__).parents[2]
 
 
 def served(settings: Settings) -> Iterator[str]:
@@ -121,14 +121,15 @@ def test_a_key_is_sent_where_one_is_given(tmp_path: Path) -> None:
             assert client.models() == []
 
 
-def test_the_guides_first_call_works_as_pasted(
-    url: str, scene: Scene, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("document", ["README.md", "docs/api.md"])
+def test_the_first_call_shown_works_as_pasted(
+    url: str, scene: Scene, capsys: pytest.CaptureFixture[str], document: str
 ) -> None:
     with Client(url) as client:
         client.add_model(scene.file)
-    blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text("utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / document).read_text("utf-8"), re.DOTALL)
     code = blocks[0].replace("http://127.0.0.1:8000", url)
-    exec(compile(code, str(GUIDE), "exec"), {})
+    exec(compile(code, document, "exec"), {})
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["up", "down"]
     assert {line.split()[1] for line in lines} == {"1", "2"}
