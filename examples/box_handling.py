@@ -105,14 +105,15 @@ def compare(
     train, test = split_in_time(demonstrations_from_motion(chain, motion), 0.7)
     first_test_frame = len(train)
     stretches = Stretches.of(test, HORIZON_S, overlap=1.0 - START_EVERY_S / HORIZON_S, at_most=100)
-    shipped = TrainingOptions(tasks=("pose",))
-    papers = replace(shipped, criterion="marginal", optimizer="gradient")
+    # The gradient reaches BIPOP's optimum in far fewer evaluations.
+    shipped = TrainingOptions(tasks=("pose",), optimizer="gradient")
+    papers = replace(shipped, criterion="marginal", weights="diagonal")
     operator = train_operator(chain, train, seed=seed, options=shipped)
     literal = train_operator(chain, train, seed=seed, options=papers)
     rows = []
     for label, trained, name in (
-        ("MI-NsGP, held-out criterion", operator, "mi-nsgp"),
-        ("MI-NsGP, marginal likelihood", literal, "mi-nsgp"),
+        ("MI-NsGP, as trained by default", operator, "mi-nsgp"),
+        ("MI-NsGP, marginal, diagonal W", literal, "mi-nsgp"),
         ("Cov-IK", operator, "cov-ik"),
         ("minimum-norm IK", operator, "minimum-norm"),
     ):
