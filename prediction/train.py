@@ -207,8 +207,6 @@ def train_operator(
             part,
             should_stop,
         )
-    if progress is not None:
-        progress("done", 1.0, float("nan"))
     q = demonstrations.q
     model = OperatorModel(
         methods=methods,
@@ -245,7 +243,11 @@ def train_operator(
     )
     # Products of matrices round differently in another memory layout. Through the file format and
     # back, the model in hand is bit for bit the one that will be loaded.
-    return model_from_bytes(model_bytes(model))
+    model = model_from_bytes(model_bytes(model))
+    if progress is not None:
+        reached = model.fitted(task=options.tasks[0]).metrics["null_log_likelihood_training"]
+        progress("done", 1.0, float(reached or 0.0))
+    return model
 
 
 def _train_one(
@@ -262,7 +264,9 @@ def _train_one(
 ) -> FittedMethod:
     learned = demonstrations.reduced(reduction)
     predictor = fit_predictor(name, learned, rng, options, progress.first_half, should_stop)
-    progress.tell("measuring its bands", 0.5)
+    q, xdot, qdot, J = learned.q, learned.xdot, learned.qdot, learned.jacobian
+    reached = float(predictor.log_prob(q, xdot, qdot, J, np.eye(J.shape[1])).null_space.mean())
+    progress.tell("measuring its bands", 0.5, reached)
     calibration = calibrate(
         predictor,
         demonstrations,
@@ -275,6 +279,7 @@ def _train_one(
         should_stop=should_stop,
     )
     metrics = {
+        "null_log_likelihood_training": reached,
         "variance_factor": calibration.variance_factor,
         "coverage90_one_step_before": calibration.coverage_one_step[0],
         "coverage90_one_step_after": calibration.coverage_one_step[1],
@@ -298,7 +303,7 @@ class _Part:
     share: float
     label: str
 
-    def tell(self, what: str, done: float, likelihood: float = float("nan")) -> None:
+    def tell(self, what: str, done: float, likelihood: float) -> None:
         if self.progress is not None:
             self.progress(f"{self.label}: {what}", self.start + self.share * done, likelihood)
 

@@ -96,6 +96,7 @@ def test_training_reports_and_can_be_stopped(trained):
     train_operator(chain, few, seed=1, options=FAST, progress=lambda *a: told.append(a))
     shares = [share for _, share, _ in told]
     assert shares == sorted(shares) and shares[-1] == 1.0
+    assert np.isfinite([likelihood for *_, likelihood in told]).all()
     calls = []
 
     def stop() -> bool:
