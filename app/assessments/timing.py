@@ -84,6 +84,10 @@ def local_cubics(time_s: Array, half_width_s: float) -> tuple[Array, Array, Arra
     Returns:
         ``(T, T)`` each: value, first and second derivative, to be applied from the left.
 
+    Exact for cubics where the window is whole. Within half a window of an end the second derivative
+    is that of the parabola through a whole window at that end, exact for parabolas: a cubic that
+    sees one side only would multiply the roughness of a roll-out there, and with it the effort.
+
     Derived here: row i is row k of the pseudo-inverse of the local Vandermonde matrix, times k!.
     """
     count = len(time_s)
@@ -102,4 +106,21 @@ def local_cubics(time_s: Array, half_width_s: float) -> tuple[Array, Array, Arra
             operators[1, i, near] = rows[1] / scale
         if degree >= 2:
             operators[2, i, near] = 2 * rows[2] / scale**2
+    _calm_ends(operators[2], time_s, half_width_s)
     return operators[0], operators[1], operators[2]
+
+
+def _calm_ends(second: Array, time_s: Array, half_width_s: float) -> None:
+    """Replaces the rows of instants whose window is cut off by those of a parabola at that end."""
+    for at_start in (True, False):
+        inward = np.abs(time_s - time_s[0 if at_start else -1])
+        near = np.flatnonzero(inward <= 2 * half_width_s)
+        if len(near) < 5:
+            near = np.sort(np.argsort(inward, kind="stable")[: min(5, len(time_s))])
+        cut = inward < half_width_s * (1 - 1e-9)
+        if len(near) < 3:
+            continue
+        middle, scale = time_s[near].mean(), np.ptp(time_s[near])
+        parabola = np.linalg.pinv(np.vander((time_s[near] - middle) / scale, 3, increasing=True))
+        second[cut] = 0.0
+        second[np.ix_(cut, near)] = 2 * parabola[2] / scale**2
