@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 #: Accepted distance between the start posture's hand and the first point.
 START_M = 0.02
 START_DEG = 10.0
-#: Paths integrated side by side; more would leave the cache.
-SIDE_BY_SIDE = 32
+#: Rows (samples of paths) integrated side by side; more would leave the cache.
+SIDE_BY_SIDE = 1024
 #: Time over which the robot's own error is coherent, s.
 ROBOT_ERROR_S = 0.5
 
@@ -177,7 +177,8 @@ class Follower:
         # Point by point, so that a shorter path uses the first numbers of a longer one.
         normal = np.swapaxes(rng.standard_normal((longest, samples, learned + 6)), 0, 1)
         hand = HandNoise() if hand_noise is None else hand_noise
-        for group in self._groups(paths, [i for i, fault in enumerate(out) if fault is None]):
+        usable = [i for i, fault in enumerate(out) if fault is None]
+        for group in self._groups(paths, usable, samples):
             points = max(len(paths[i].time_s) for i in group)
             padded = [paths[i].held(points) for i in group]
             draws, robot = normal[:, :points, :learned], normal[:, :points, learned:]
@@ -189,15 +190,18 @@ class Follower:
                 out[index] = self._outcome(run, row, paths[index])
         return [outcome for outcome in out if outcome is not None]
 
-    def _groups(self, paths: Sequence[HandPath], usable: list[int]) -> list[list[int]]:
+    def _groups(
+        self, paths: Sequence[HandPath], usable: list[int], samples: int
+    ) -> list[list[int]]:
         """Returns indices that can be integrated side by side: equal substeps, similar lengths."""
+        size = max(1, SIDE_BY_SIDE // (samples + 1))
         by_cut: dict[int, list[int]] = {}
         for index in usable:
             by_cut.setdefault(paths[index].substeps(), []).append(index)
         groups = []
         for indices in by_cut.values():
             indices.sort(key=lambda i: len(paths[i].time_s))
-            groups += [indices[k : k + SIDE_BY_SIDE] for k in range(0, len(indices), SIDE_BY_SIDE)]
+            groups += [indices[k : k + size] for k in range(0, len(indices), size)]
         return groups
 
     def _outcome(self, run: Propagation, row: int, path: HandPath) -> Rollout | TrajectoryError:

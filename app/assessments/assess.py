@@ -8,7 +8,7 @@ import numpy as np
 
 from app.assessments.body import Standing, stand
 from app.assessments.candidates import CandidateRejected, hand_path, parse_candidate, slot_id
-from app.assessments.evaluate import Evaluated, evaluate
+from app.assessments.evaluate import Evaluated, evaluate, task_assumptions
 from app.assessments.posture import PostureRecord
 from app.assessments.predict import Predicted, Slot, predict
 from app.assessments.results import (
@@ -17,7 +17,7 @@ from app.assessments.results import (
     rejected_slot,
     slot_result,
 )
-from app.assessments.schemas import AssessmentRequest
+from app.assessments.schemas import AssessmentRequest, Assumption
 from app.assessments.timing import prediction_grid, resample
 from app.models.operator import Operator
 from app.problems import Fault, InvalidRequest, pointer
@@ -163,11 +163,15 @@ def _answer(
 ) -> Outcome:
     order = sorted(evaluated)
     ranking = {}
+    assumed: dict[int, list[Assumption]] = {}
     scale = np.zeros(0)
     if order:
         costs = np.stack([evaluated[i].cost.total for i in order])
         ranked = rank_candidates([identifiers[i] for i in order], costs)
         ranking = dict(zip(order, ranked, strict=True))
+        assumed = dict(
+            zip(order, task_assumptions([evaluated[i] for i in order], request), strict=True)
+        )
         medians = [np.median(evaluated[i].efforts.moment_norm, axis=0) for i in order]
         scale = np.max([median.max(axis=0) for median in medians], axis=0)
     candidates: list[dict[str, Any]] = []
@@ -181,7 +185,12 @@ def _answer(
         one = evaluated[index]
         beside = {method: results.get(index) for method, results in baselines.items()}
         answer = slot_result(
-            predicted[index], one, ranking[index], beside, standing.assumed, request
+            predicted[index],
+            one,
+            ranking[index],
+            beside,
+            (*standing.assumed, *assumed[index]),
+            request,
         )
         record = posture_record(predicted[index], one, operator.model.dof_names, scale)
         if request.include_posture:

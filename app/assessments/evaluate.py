@@ -1,6 +1,6 @@
 """Scores predicted postures: RULA, REBA, back, effort, and the cost of each sample."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,7 +22,8 @@ from ergonomics import (
     back_angle,
     cost_samples,
     effort_share,
-    with_effects,
+    score_reba,
+    score_rula,
 )
 from human import forward_kinematics
 
@@ -120,27 +121,85 @@ def evaluate(
     return Evaluated(scores, back, efforts, cost)
 
 
-def task_assumptions(evaluated: Evaluated, request: AssessmentRequest) -> list[Assumption]:
+def task_assumptions(
+    evaluated: Sequence[Evaluated], request: AssessmentRequest
+) -> list[list[Assumption]]:
     """Returns what was taken for granted of the task, with the range each opens in the scores.
 
     The range is that of the led side's mean score over time when the assumption is turned over.
+    All candidates are scored together, a few samples of each.
+
+    Args:
+        evaluated: The candidates.
+        request: What is known of the task.
+
+    Returns:
+        One list per candidate.
     """
     side = led_side(request)
-    task = task_contexts(request)[side]
-    rula = _few(evaluated.scores.rula_inputs[side])
-    reba = _few(evaluated.scores.reba_inputs[side])
-    return [
-        Assumption(what=one.what, value=one.value, range=one.range, effect=one.effect)
-        for one in with_effects(task.assumptions(), rula, reba)
-    ]
+    rula = _Stacked.of([one.scores.rula_inputs[side] for one in evaluated])
+    reba = _Stacked.of([one.scores.reba_inputs[side] for one in evaluated])
+    out: list[list[Assumption]] = [[] for _ in evaluated]
+    for one in task_contexts(request)[side].assumptions():
+        spans = [
+            (method, stacked.means({}), stacked.means(changes))
+            for method, stacked, changes in (("RULA", rula, one.rula), ("REBA", reba, one.reba))
+            if changes
+        ]
+        for k, found in enumerate(out):
+            words = [
+                f"{method} mean {min(here[k], there[k]):.1f} to {max(here[k], there[k]):.1f}"
+                for method, here, there in spans
+            ]
+            effect = "; ".join(words) or "none on these scores"
+            found.append(Assumption(what=one.what, value=one.value, range=one.range, effect=effect))
+    return out
 
 
-def _few(inputs: Any) -> Any:
-    """Returns the inputs of a few samples, without the words behind them."""
-    assert isinstance(inputs, RulaInputs | RebaInputs)
-    shape = inputs.shape
-    arrays: dict[str, NDArray[Any]] = {
-        name: array if array.ndim == 0 else np.broadcast_to(array, shape)[:_EFFECT_SAMPLES]
-        for name, array in inputs.arrays().items()
-    }
-    return replace(inputs, **arrays, evidence={})  # type: ignore[arg-type]
+@dataclass(frozen=True, slots=True)
+class _Stacked:
+    """A few samples of many candidates as one batch, and the mean scores of each.
+
+    Attributes:
+        inputs: ``(n,)``, candidate after candidate.
+        edges: Where each candidate begins, ``(C,)``.
+        known: Mean scores by what was changed.
+    """
+
+    inputs: RulaInputs | RebaInputs
+    edges: NDArray[np.intp]
+    known: dict[tuple[Any, ...], Array]
+
+    @classmethod
+    def of(cls, parts: Sequence[RulaInputs | RebaInputs]) -> "_Stacked":
+        """Stacks the first samples of each candidate, without the words behind them."""
+        sizes = [min(part.shape[0], _EFFECT_SAMPLES) * part.shape[-1] for part in parts]
+        arrays: dict[str, NDArray[Any]] = {}
+        for name, first in parts[0].arrays().items():
+            if first.ndim == 0:
+                arrays[name] = first
+                continue
+            arrays[name] = np.concatenate(
+                [
+                    np.broadcast_to(part.arrays()[name], part.shape)[:_EFFECT_SAMPLES].reshape(-1)
+                    for part in parts
+                ]
+            )
+        stacked = replace(parts[0], **arrays, evidence={})  # type: ignore[arg-type]
+        edges = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.intp)
+        return cls(stacked, edges, {})
+
+    def means(self, changes: Mapping[str, Any]) -> Array:
+        """Returns the mean score of each candidate with some fields changed, ``(C,)``."""
+        key = tuple(sorted(changes.items()))
+        if key not in self.known:
+            changed = replace(self.inputs, **changes)
+            final: NDArray[np.uint8] = (
+                score_rula(changed).final
+                if isinstance(changed, RulaInputs)
+                else score_reba(changed).final
+            )
+            ends = np.append(self.edges[1:], len(final))
+            totals = np.add.reduceat(final.astype(np.float64), self.edges)
+            self.known[key] = totals / (ends - self.edges)
+        return self.known[key]

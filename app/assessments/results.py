@@ -1,11 +1,12 @@
 """Writes scored candidates as the answer that a planner gets."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from app.assessments.effort import arm_joints
-from app.assessments.evaluate import Evaluated, led_side, task_assumptions
+from app.assessments.evaluate import Evaluated, led_side
 from app.assessments.poses import Array
 from app.assessments.posture import PostureRecord
 from app.assessments.predict import Predicted, spread
@@ -51,7 +52,7 @@ def slot_result(
     evaluated: Evaluated,
     ranked: RankedCandidate,
     baseline: dict[str, Any],
-    shared: tuple[Assumption, ...],
+    assumed: Sequence[Assumption],
     request: AssessmentRequest,
 ) -> dict[str, Any]:
     """Returns the answer of one candidate."""
@@ -76,7 +77,7 @@ def slot_result(
         },
         "worst": _worst(moments[0], evaluated, request),
         "moments": [_moment(one) for one in moments],
-        "assumed": [one.model_dump() for one in (*shared, *_own(predicted, evaluated, request))],
+        "assumed": [one.model_dump() for one in (*assumed, *_own(predicted, evaluated, request))],
         "out_of_distribution": _familiarity(predicted),
         "baseline": baseline,
         "problem": None,
@@ -170,15 +171,14 @@ def _own(
     predicted: Predicted, evaluated: Evaluated, request: AssessmentRequest
 ) -> list[Assumption]:
     slot = predicted.slot
-    found = task_assumptions(evaluated, request)
-    found.append(
+    found = [
         Assumption(
             what="side that is scored",
             value="the worse of both sides, instant by instant",
             range=f"{led_side(request)} hand led; the other arm stays at the start posture",
             effect=_sides(evaluated),
         )
-    )
+    ]
     if slot.resampled:
         step = float(np.diff(slot.path.time_s).mean())
         found.append(
