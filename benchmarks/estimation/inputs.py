@@ -27,7 +27,7 @@ from estimation import (
     place_imu,
     sole_motion,
 )
-from human import HumanModel, Subject, generate_model
+from human import HumanModel, Subject, generate_model, motion_from_configurations
 from human.rotations import quaternion_to_matrix
 from human.simulate import (
     ImuMount,
@@ -48,6 +48,8 @@ Mask = NDArray[np.bool_]
 STILL_S = 2.0
 #: sd of one axis of the suit's velocity, its acceleration, height of the soles, force, joint rate.
 VELOCITY_SD, ACCELERATION_SD, HEIGHT_SD, FORCE_SD, RATE_SD = 0.02, 0.1, 0.003, 1.0, 0.02
+#: sd of joint angles where movement is differentiated from them [rad].
+ANGLE_SD = 5e-4
 #: A foot that bears more than this is loaded [N].
 LOADED_N = 10.0
 FRAMES_BAR, SWITCH_BAR_MS = 0.98, 60.0
@@ -100,6 +102,7 @@ def figures() -> Iterator[Figure]:
             model, operator(kind, rng, model), rng, route=(Stance(), Stance(x=3.0)), rate_hz=rate_hz
         )
         yield from contact_figures(with_rests(model, walk, rng), f"{kind}, {rate_hz:g} Hz")
+        yield from position_figures(model, walk, rng, f"{kind}, {rate_hz:g} Hz")
         yield from base_figures(model, walk, rng, f"{kind}, {rate_hz:g} Hz")
     yield from placement_figures(model)
 
@@ -143,6 +146,20 @@ def contact_figures(steps: Steps, who: str) -> Iterator[Figure]:
         if held_to_bar:
             delay = slowest_switch(found, truth, steps.time_s)
             yield Figure(f"slowest switch by {name} ({who})", delay, SWITCH_BAR_MS, "ms")
+
+
+def position_figures(
+    model: HumanModel, walk: SimulatedMotion, rng: np.random.Generator, who: str
+) -> Iterator[Figure]:
+    """Frames told right where speed and acceleration come of noisy positions; during the walk."""
+    motion, truth = walk.motion, walk.truth
+    q = motion.q.copy()
+    q[:, 7:] += rng.normal(scale=ANGLE_SD, size=q[:, 7:].shape)
+    derived = motion_from_configurations(model.dof_names, motion.time_s, q)
+    feet = sole_motion(model, derived.q, derived.v, derived.a)
+    rest = np.stack([truth.contact_right, truth.contact_left], axis=-1)
+    share = float(np.all(ContactDetector().classify(feet=feet).feet == rest, axis=-1).mean())
+    yield Figure(f"frames right by differentiated angles, walk alone ({who})", share, None, "share")
 
 
 def base_figures(
