@@ -3,7 +3,7 @@
 Which part is to blame is decided by ``blame``: its share of the points over the least score.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -122,7 +122,29 @@ def worst_moments(
             break
         if all(abs(time[frame] - time[other]) >= apart_s for other in chosen):
             chosen.append(int(frame))
-    return tuple(_moment(inputs, frame, float(time[frame]), side, rules) for frame in chosen)
+    if not chosen:
+        return ()
+    # All chosen frames at once: what a call costs does not depend on how many there are.
+    moments: RulaInputs | RebaInputs
+    if isinstance(inputs, RulaInputs):
+        moments = _taken(inputs, lambda array: np.atleast_2d(array[..., chosen]))
+        finals, blame = score_rula_interval(moments, rules).high.final, rula_blame(moments, rules)
+    else:
+        moments = _taken(inputs, lambda array: np.atleast_2d(array[..., chosen]))
+        finals, blame = score_reba_interval(moments, rules).high.final, reba_blame(moments, rules)
+    return tuple(
+        _moment(
+            moments,
+            place,
+            frame,
+            float(time[frame]),
+            finals[:, place],
+            {part: points[:, place] for part, points in blame.items()},
+            side,
+            rules,
+        )
+        for place, frame in enumerate(chosen)
+    )
 
 
 def _before_last_table(scores: RulaScores | RebaScores) -> Floats:
@@ -132,21 +154,23 @@ def _before_last_table(scores: RulaScores | RebaScores) -> Floats:
 
 
 def _moment(
-    inputs: RulaInputs | RebaInputs, frame: int, time_s: float, side: Side, rules: ScoringRules
+    moments: RulaInputs | RebaInputs,
+    place: int,
+    frame: int,
+    time_s: float,
+    finals: NDArray[np.uint8],
+    blame: Mapping[str, Floats],
+    side: Side,
+    rules: ScoringRules,
 ) -> WorstMoment:
     result: RulaResult | RebaResult
-    if isinstance(inputs, RulaInputs):
+    sample = _described(finals, blame)
+    if isinstance(moments, RulaInputs):
         method = "RULA"
-        now = frame_inputs(inputs, frame)
-        finals, blame = score_rula_interval(now, rules).high.final, rula_blame(now, rules)
-        sample = _described(finals, blame)
-        result = explain_rula(now, (sample,), rules)
+        result = explain_rula(moments, (sample, place), rules)
     else:
         method = "REBA"
-        one = frame_inputs(inputs, frame)
-        finals, blame = score_reba_interval(one, rules).high.final, reba_blame(one, rules)
-        sample = _described(finals, blame)
-        result = explain_reba(one, (sample,), rules)
+        result = explain_reba(moments, (sample, place), rules)
     part = _most_to_blame(blame)
     level = method_data("rula" if method == "RULA" else "reba").action(result.final)
     if blame[part].mean() > 0.0:
@@ -188,10 +212,14 @@ def frame_inputs(inputs: Inputs, frame: int) -> Inputs:
         inputs: The batch.
         frame: Index along its last axis.
     """
+    return _taken(inputs, lambda array: np.atleast_1d(array[..., frame]))
+
+
+def _taken(inputs: Inputs, take: Callable[[NDArray[Any]], NDArray[Any]]) -> Inputs:
     shape = inputs.shape
 
     def at(array: NDArray[Any]) -> NDArray[Any]:
-        return np.atleast_1d(np.broadcast_to(array, shape)[..., frame])
+        return take(np.broadcast_to(array, shape))
 
     evidence = {
         key: tuple(Evidence(e.words, at(e.value), e.limit, e.unit) for e in measured)
