@@ -62,7 +62,10 @@ class Stretches:
         ids, time_s = demonstrations.trajectory_id, demonstrations.time_s
         edges = np.flatnonzero(np.diff(ids)) + 1
         # A hole in a take (a block left out of its middle) ends a piece as well.
-        typical = float(np.median(np.diff(time_s)[np.diff(ids) == 0])) if len(ids) > 1 else 1.0
+        within = np.diff(time_s)[np.diff(ids) == 0]
+        if len(within) == 0:
+            return cls(np.empty((0, 0), dtype=np.int64))
+        typical = float(np.median(within))
         holes = np.flatnonzero((np.diff(time_s) > 4.0 * typical) & (np.diff(ids) == 0)) + 1
         runs = np.split(np.arange(len(ids)), np.union1d(edges, holes).astype(int))
         stride = max(1, int(np.floor(1.0 / (RATE_HZ * typical) + 1e-6)))

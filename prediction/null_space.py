@@ -54,18 +54,17 @@ def weighted_pseudo_inverse(weights: Array, jacobian: Array) -> Array:
     return np.swapaxes(solve_spd(rows @ np.swapaxes(jacobian, -1, -2), rows), -1, -2)
 
 
-def row_space(jacobian: Array) -> tuple[Array, Array]:
-    """Returns an orthonormal basis of the row space and ``log det(J J') / 2``.
+def row_space(jacobian: Array) -> Array:
+    """Returns an orthonormal basis of the row space, as rows.
 
     Args:
         jacobian: ``(..., m, n)`` of full row rank.
 
     Returns:
-        The basis, as rows ``(..., m, n)``, and the log volume ``(...)``.
+        ``(..., m, n)``.
     """
     factor = upper_cholesky(jacobian @ np.swapaxes(jacobian, -1, -2))
-    log_volume = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(-1)
-    return solve_lower(np.swapaxes(factor, -1, -2), jacobian), log_volume
+    return solve_lower(np.swapaxes(factor, -1, -2), jacobian)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +103,7 @@ class NullSpaceBasis:
             The basis whose reference is spanned by the leading eigenvectors of the mean null-space
             projector.
         """
-        rows, _ = row_space(jacobian)
+        rows = row_space(jacobian)
         task_dim = rows.shape[-2]
         mean_projector = np.einsum("tmi,tmj->ij", rows, rows) / len(rows)
         _, vectors = np.linalg.eigh(mean_projector)
@@ -117,12 +116,16 @@ class NullSpaceBasis:
         return int(self.null.shape[1])
 
     def frame(self, jacobian: Array) -> "NullSpaceFrame":
-        """Returns the basis at the postures of ``jacobian`` ``(..., m, n)``."""
-        raw, log_volume = row_space(jacobian)
-        overlap = raw @ self.rows.T
-        factor = upper_cholesky(np.swapaxes(overlap, -1, -2) @ overlap)
-        aligned = solve_lower(np.swapaxes(factor, -1, -2), np.swapaxes(overlap, -1, -2) @ raw)
-        return NullSpaceFrame(self, aligned, factor, log_volume)
+        """Returns the basis at the postures of ``jacobian`` ``(..., m, n)``.
+
+        Derived here: with ``H = J R_ref'``, ``G = J J'``, ``H' G^-1 H`` is the overlap of the two
+        row spaces, so its Cholesky factor is C and the aligned rows are ``C^-T H' G^-1 J``.
+        """
+        onto = jacobian @ self.rows.T
+        dual = solve_spd(jacobian @ np.swapaxes(jacobian, -1, -2), onto)
+        factor = upper_cholesky(np.swapaxes(onto, -1, -2) @ dual)
+        mix = solve_lower(np.swapaxes(factor, -1, -2), np.swapaxes(dual, -1, -2))
+        return NullSpaceFrame(self, jacobian, mix @ jacobian, factor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,15 +134,21 @@ class NullSpaceFrame:
 
     Attributes:
         basis: Reference.
+        jacobian: ``(..., m, n)``.
         rows: Aligned orthonormal rows R, ``(..., m, n)``.
         overlap: Upper triangular ``C = R R_ref'``, ``(..., m, m)``.
-        log_volume: ``log det(J J') / 2``, ``(...)``.
     """
 
     basis: NullSpaceBasis
+    jacobian: Array
     rows: Array
     overlap: Array
-    log_volume: Array
+
+    @property
+    def log_volume(self) -> Array:
+        """``log det(J J') / 2``, ``(...)``."""
+        gram = self.jacobian @ np.swapaxes(self.jacobian, -1, -2)
+        return np.asarray(0.5 * np.linalg.slogdet(gram)[1])
 
     def compose(self, y: Array) -> Array:
         """Returns the joint velocity ``V y``, ``(..., n)``, of coordinates ``(..., k)``."""

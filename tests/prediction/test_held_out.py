@@ -1,0 +1,117 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar import PlanarChain, planar_demonstrations
+
+from prediction import CovIk, Familiarity, Follower, JointLimits, JointReduction, PostureBand
+from prediction.held_out import Stretches, calibrate, recorded_paths, run_held_out
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """A smooth motion of the planar arm in one take, 20 s at 50 Hz."""
+    raw = planar_demonstrations(seed=3, samples=200)[1]
+    chain = PlanarChain()
+    time_s = np.arange(1000) * 0.02
+    rng = np.random.default_rng(1)
+    rate, phase, swing = rng.uniform(0.5, 2, 8), rng.uniform(0, 6, 8), rng.normal(0, 0.1, (8, 5))
+    middle = np.deg2rad([90.0, -25.0, -25.0, -60.0, -20.0])
+    q = middle + np.sin(time_s[:, None] * rate + phase) @ swing
+    qdot = (rate * np.cos(time_s[:, None] * rate + phase)) @ swing
+    _, _, jacobian = chain.forward_and_jacobian(q)
+    zeros = np.zeros(1000, dtype=int)
+    return chain, replace(
+        raw, q=q, qdot=qdot, jacobian=jacobian, trajectory_id=zeros, time_s=time_s
+    )
+
+
+def test_stretches_have_the_horizon_and_stay_within_takes(walk):
+    _, demonstrations = walk
+    index = Stretches.of(demonstrations, 2.0, overlap=0.5).index
+    times = demonstrations.time_s[index]
+    np.testing.assert_allclose(times[:, -1] - times[:, 0], 2.0, atol=0.05)
+    assert (np.diff(times, axis=1) >= 1 / 30 - 0.02).all() and (np.diff(times[:, 0]) > 0).all()
+    two = replace(demonstrations, trajectory_id=(np.arange(1000) >= 500).astype(int))
+    for piece in Stretches.of(two, 2.0, at_most=100).index:
+        assert len(set(two.trajectory_id[piece])) == 1
+
+
+def test_stretches_do_not_span_a_block_left_out(walk):
+    _, demonstrations = walk
+    rest = demonstrations.take((np.arange(1000) < 400) | (np.arange(1000) >= 600))
+    for piece in Stretches.of(rest, 2.0, at_most=100).index:
+        assert np.diff(rest.time_s[piece]).max() < 0.1
+
+
+def test_takes_too_short_give_no_stretches(walk):
+    short = walk[1].take(slice(0, 5))
+    assert len(Stretches.of(short).index) == 0
+    alone = replace(short, trajectory_id=np.arange(5))
+    assert len(Stretches.of(alone).index) == 0
+
+
+def test_recorded_paths_are_where_the_hand_was(walk):
+    chain, demonstrations = walk
+    stretches = Stretches.of(demonstrations, 1.0, at_most=3)
+    paths = recorded_paths(chain, demonstrations, stretches, "position")
+    for path, index in zip(paths, stretches.index, strict=True):
+        np.testing.assert_allclose(path.position, chain.arm.forward(demonstrations.q[index]))
+        assert path.rotation is None
+
+
+def test_held_out_error_is_against_what_was_recorded(walk):
+    chain, demonstrations = walk
+    limits = JointLimits(np.eye(5), chain.lower, chain.upper)
+    moment = demonstrations.qdot.T @ demonstrations.qdot / 1000
+    follower = Follower(
+        CovIk.fit(demonstrations, np.random.default_rng(0)),
+        chain,
+        JointReduction.identity(chain.dof_names),
+        limits,
+        PostureBand(0.1 * np.eye(5), 1.0, moment),
+        Familiarity.of(demonstrations),
+        "position",
+    )
+    stretches = Stretches.of(demonstrations, 1.0, at_most=4)
+    held = run_held_out(follower, demonstrations, stretches, 3, np.random.default_rng(0))
+    np.testing.assert_allclose(held.error[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(held.error, held.run.q[:, 0] - demonstrations.q[stretches.index])
+    assert np.abs(held.error[:, -1]).max() > 1e-3
+    assert held.run.hand_error_m.max() < 2e-4
+    # travelled distance is about elapsed time, on demonstrated motion
+    assert 0.4 < held.run.travelled[:, -1].mean() / held.elapsed_s[:, -1].mean() < 2.0
+
+
+def test_calibrated_bands_hold_what_they_say(walk):
+    chain, demonstrations = walk
+    train, test = demonstrations.take(slice(0, 750)), demonstrations.take(slice(750, 1000))
+    predictor = CovIk.fit(train, np.random.default_rng(0))
+    reduction = JointReduction.identity(chain.dof_names)
+    limits = JointLimits(np.eye(5), chain.lower, chain.upper)
+    calibration = calibrate(
+        predictor, train, chain, reduction, limits, "position", np.random.default_rng(0)
+    )
+    assert calibration.coverage_rollout is not None
+    follower = Follower(
+        predictor, chain, reduction, limits, calibration.band, Familiarity.of(train), "position"
+    )
+    stretches = Stretches.of(test, overlap=0.75)
+    held = run_held_out(follower, test, stretches, 60, np.random.default_rng(1))
+    low, high = np.quantile(held.run.q[:, 1:], [0.05, 0.95], axis=1)
+    inside = (held.truth >= low) & (held.truth <= high)
+    assert 0.6 < inside[:, 1:].mean() <= 1.0
+
+
+def test_demonstrations_too_short_to_roll_out_still_give_a_band(walk):
+    chain, demonstrations = walk
+    pieces = demonstrations.take(np.arange(1000) % 100 < 4)
+    pieces = replace(pieces, trajectory_id=np.repeat(np.arange(10), 4))
+    predictor = CovIk.fit(pieces, np.random.default_rng(0))
+    limits = JointLimits(np.eye(5), chain.lower, chain.upper)
+    reduction = JointReduction.identity(chain.dof_names)
+    calibration = calibrate(
+        predictor, pieces, chain, reduction, limits, "position", np.random.default_rng(0)
+    )
+    assert calibration.coverage_rollout is None
+    assert np.isfinite(calibration.band.factor).all() and calibration.band.length > 0
