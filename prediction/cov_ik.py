@@ -60,6 +60,10 @@ class CovIk(Predictor):
         """Takes the second moment; ``rng`` is not used."""
         check_stop(should_stop)
         demonstrations.check_enough()
+        return cls._of(demonstrations)
+
+    @classmethod
+    def _of(cls, demonstrations: Demonstrations) -> Self:
         moment = shrunk_moment(demonstrations.qdot)
         return cls(moment, 1.0, NullSpaceBasis.around(demonstrations.jacobian))
 
@@ -98,8 +102,8 @@ class CovIk(Predictor):
         return replace(self, scale=self.scale * factor)
 
     def refitted(self, demonstrations: Demonstrations) -> Self:
-        """Takes the second moment of other demonstrations."""
-        return type(self).fit(demonstrations, np.random.default_rng(0))
+        """Takes the second moment of other demonstrations, however few."""
+        return self._of(demonstrations)
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Axes, second moment and calibration."""

@@ -43,6 +43,10 @@ class MinimumNormIk(Predictor):
         """Measures the scatter; ``rng`` is not used."""
         check_stop(should_stop)
         demonstrations.check_enough()
+        return cls._of(demonstrations)
+
+    @classmethod
+    def _of(cls, demonstrations: Demonstrations) -> Self:
         basis = NullSpaceBasis.around(demonstrations.jacobian)
         y = basis.frame(demonstrations.jacobian).coordinates(demonstrations.qdot)
         return cls(variance=float((y**2).mean()), reference=basis)
@@ -77,8 +81,8 @@ class MinimumNormIk(Predictor):
         return replace(self, variance=self.variance * factor)
 
     def refitted(self, demonstrations: Demonstrations) -> Self:
-        """Measures the scatter of other demonstrations."""
-        return type(self).fit(demonstrations, np.random.default_rng(0))
+        """Measures the scatter of other demonstrations, however few."""
+        return self._of(demonstrations)
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Axes and variance."""

@@ -107,6 +107,14 @@ def test_training_reports_and_can_be_stopped(trained):
         train_operator(chain, few, seed=1, options=FAST, should_stop=stop)
 
 
+def test_the_fewest_demonstrations_accepted_can_be_trained_on(trained):
+    chain, demonstrations, _, _ = trained
+    model = train_operator(chain, demonstrations.take(slice(0, 20)), seed=0, options=FAST)
+    assert np.isfinite(roll(model, chain).q).all()
+    with pytest.raises(PredictionError, match="at least 20"):
+        train_operator(chain, demonstrations.take(slice(0, 19)), seed=0, options=FAST)
+
+
 def test_unknown_methods_and_tasks_are_refused(trained):
     model = trained[2]
     with pytest.raises(UnsupportedMethodError, match="cov-ik"):
