@@ -1,0 +1,1 @@
+"""Benchmarks of the estimator; run on purpose, never in the test run."""

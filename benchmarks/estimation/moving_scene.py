@@ -1,0 +1,100 @@
+"""A person in motion with a load in the right hand, and what sensors would read of it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from estimation import Accelerometer, ForceTorque, FreeWrench, JointAcceleration, Measurement
+from estimation.spatial import cross, times, transposed
+from estimation.tree import real_tree
+from estimation.tree_kinematics import base_acceleration, link_accelerations, tree_kinematics
+from human import HumanModel, Wrench, inverse_dynamics
+from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
+
+FOOT_VARIANCE = np.array([1.0] * 3 + [0.15**2] * 3)
+#: Where inertial suits have their 17 units.
+IMUS = (
+    "Pelvis",
+    "T8",
+    "Head",
+    *(
+        f"{side}{part}"
+        for side in ("Right", "Left")
+        for part in (
+            "Shoulder",
+            "UpperArm",
+            "ForeArm",
+            "Hand",
+            "UpperLeg",
+            "LowerLeg",
+            "Foot",
+        )
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """States, exact readings and true torques."""
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    sensors: list[Measurement]
+    torque: np.ndarray
+    load_kg: float
+
+
+def moving_scene(
+    model: HumanModel, frames: int, rng: np.random.Generator, load_kg: float = 5.0
+) -> Scene:
+    """Makes upright postures in motion, arms out; both feet share what balance asks."""
+    q = np.zeros((frames, model.nq))
+    tilt = rotation_vector_to_quaternion(0.2 * rng.normal(size=(frames, 3)))
+    yaw = np.zeros((frames, 3))
+    yaw[:, 2] = rng.uniform(-np.pi, np.pi, frames)
+    q[:, 3:7] = quaternion_multiply(rotation_vector_to_quaternion(yaw), tilt)
+    q[:, 7:] = rng.uniform(-0.5, 0.5, (frames, model.n_dof))
+    v, a = 0.7 * rng.normal(size=(frames, model.nv)), 1.5 * rng.normal(size=(frames, model.nv))
+    tree = real_tree(model)
+    kinematics = tree_kinematics(tree, q, v)
+    base = base_acceleration(kinematics, v, a)
+    accelerations = link_accelerations(tree, kinematics, base, a[:, 6:])
+    hand = tree.link_names.index("RightHandCOM")
+    pull = -load_kg * times(kinematics.rotation[hand], accelerations[hand, :, :3])
+    held = Wrench("RightHandCOM", pull)
+    needed = inverse_dynamics(model, q, v, a, [held])[:, :6]
+    force = times(kinematics.rotation[0], needed[:, :3])
+    moment = times(kinematics.rotation[0], needed[:, 3:])
+    feet = {name: tree.link_names.index(name) for name in ("RightFoot", "LeftFoot")}
+    for link in feet.values():
+        lever = kinematics.position[link] - kinematics.position[0]
+        moment = moment - cross(lever, 0.5 * force)
+    sensors: list[Measurement] = [JointAcceleration(a[:, 6:], 0.05**2), FreeWrench("RightHandCOM")]
+    wrenches = [held]
+    for name, link in feet.items():
+        wrenches.append(Wrench(name, 0.5 * force, 0.5 * moment))
+        back = transposed(kinematics.rotation[link])
+        value = np.concatenate([times(back, 0.5 * force), times(back, 0.5 * moment)], axis=1)
+        sensors.append(ForceTorque(name, value, FOOT_VARIANCE))
+    for name in IMUS:
+        link = tree.link_names.index(name)
+        place = rng.uniform(-0.1, 0.1, 3)
+        here, w = accelerations[link], kinematics.omega[link]
+        value = here[:, :3] + cross(here[:, 3:], place) + cross(w, cross(w, place))
+        sensors.append(Accelerometer(name, value, 0.033**2, place))
+    torque = inverse_dynamics(model, q, v, a, wrenches)[:, 6:]
+    return Scene(q, v, a, sensors, torque, load_kg)
+
+
+def noisy(scene: Scene, rng: np.random.Generator) -> list[Measurement]:
+    """Returns the readings with the noise that their covariances state."""
+    out: list[Measurement] = []
+    for sensor in scene.sensors:
+        if isinstance(sensor, FreeWrench):
+            out.append(sensor)
+            continue
+        value = np.asarray(sensor.value)
+        sd = np.sqrt(np.asarray(sensor.covariance))
+        out.append(replace(sensor, value=value + sd * rng.normal(size=value.shape)))
+    return out
