@@ -11,8 +11,15 @@ from numpy.typing import NDArray
 from app.assessments.poses import Array
 from app.assessments.schemas import FootSplit
 from app.assessments.timing import cubic_operators
-from human import HumanModel, forward_kinematics, frame_poses
-from human.dynamics import GRAVITY, Wrench, inverse_dynamics, joint_loads
+from human import (
+    HumanModel,
+    Wrench,
+    forward_kinematics,
+    frame_poses,
+    inverse_dynamics,
+    joint_loads,
+)
+from human.dynamics import GRAVITY
 
 #: Half the window over which sampled postures are smoothed before they are differentiated, s.
 SMOOTHING_S = 0.25

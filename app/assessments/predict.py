@@ -12,10 +12,8 @@ from app.assessments.poses import Array
 from app.assessments.schemas import SigmaX
 from app.models.operator import Operator
 from app.problems import Fault, pointer
-from prediction.chain import Task
-from prediction.errors import TrajectoryError, UnreachableTrajectoryError
-from prediction.hand_path import HandPath as LedPath
-from prediction.rollout import HandNoise, Rollout
+from prediction import HandNoise, Rollout, Task, TrajectoryError, UnreachableTrajectoryError
+from prediction import HandPath as LedPath
 
 
 @dataclass(frozen=True, slots=True)
