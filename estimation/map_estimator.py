@@ -30,6 +30,7 @@ from estimation.run_inputs import (
 )
 from estimation.sensors import (
     Accelerometer,
+    AngularAcceleration,
     ForceTorque,
     FreeWrench,
     JointAcceleration,
@@ -117,8 +118,9 @@ def estimate(
     model = covariances or ModelCovariances()
     assumed: list[str] = []
     given: Sequence[Measurement] = measurements
-    if method == "one_step":
-        given, assumed = completed(tree, state, velocity, acceleration, measurements, model)
+    if method != "deterministic":
+        believed = model if method == "one_step" else _as_derived(preset)
+        given, assumed = completed(tree, state, velocity, acceleration, measurements, believed)
     run = _Run(tree, model, preset, diagonal_at, free_links(measurements), spreads)
     solve = _SOLVERS[method]
     parts = []
@@ -260,23 +262,24 @@ def _two_step(
         )
     second: list[Measurement] = []
     for sensor in measurements:
-        if isinstance(sensor, Accelerometer):
+        if isinstance(sensor, Accelerometer | AngularAcceleration):
             second.append(replace(sensor, covariance=preset.accelerometer))
         elif isinstance(sensor, JointAcceleration):
             second.append(replace(sensor, covariance=preset.joint_acceleration))
-        elif not isinstance(sensor, ForceTorque | FreeWrench):
-            second.append(sensor)
-    if not any(isinstance(sensor, JointAcceleration) for sensor in second):
-        second.append(JointAcceleration(a[:, 6:], preset.joint_acceleration))
-    if not any(isinstance(sensor, Accelerometer) for sensor in second):
-        value = base_acceleration(kinematics, v, a)[:, :3]
-        second.append(Accelerometer(tree.link_names[0], value, preset.accelerometer))
     feet = force_sensors(measurements)
     for link, name in enumerate(tree.link_names):
         variance = preset.second_feet if name in feet else preset.untouched
         variance = preset.second_hands if name in run.sites else variance
         second.append(ForceTorque(name, wrenches[link], variance))
     return _solved(assemble(tree, kinematics, second, model, frames), run)
+
+
+def _as_derived(preset: TwoStepCovariances) -> ModelCovariances:
+    """The preset's covariances as those of accelerations derived from the motion."""
+    linear, joint = preset.accelerometer**0.5, preset.joint_acceleration**0.5
+    return ModelCovariances(
+        derived_acceleration_sd=linear, derived_angular_sd=linear, derived_joint_sd=joint
+    )
 
 
 def _for_first_step(sensor: Measurement, preset: TwoStepCovariances) -> Measurement:

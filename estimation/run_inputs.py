@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from estimation.covariances import LARGEST_FREE_VARIANCE, ModelCovariances
 from estimation.map_errors import MissingMeasurementError, SensorError
@@ -63,20 +64,21 @@ def of_frames(sensor: Measurement, chosen: IntArray, frames: int) -> Measurement
     if isinstance(sensor, FreeWrench):
         return sensor
     value = np.asarray(sensor.value, dtype=np.float64)[chosen]
-    covariance = np.asarray(sensor.covariance, dtype=np.float64)
-    if covariance.ndim == (2 if isinstance(sensor, JointAcceleration) else 3):
-        covariance = covariance[chosen]
     if isinstance(sensor, JointAcceleration):
+        covariance = _cut(sensor.covariance, chosen, frames, 2)
         return replace(sensor, value=value, covariance=covariance)
-    rotation = sensor.rotation
-    if rotation is not None and np.ndim(rotation) == 3:
-        rotation = np.asarray(rotation, dtype=np.float64)[chosen]
+    covariance = _cut(sensor.covariance, chosen, frames, 3)
+    rotation = None if sensor.rotation is None else _cut(sensor.rotation, chosen, frames, 3)
     if isinstance(sensor, AngularAcceleration):
         return replace(sensor, value=value, covariance=covariance, rotation=rotation)
-    position = sensor.position
-    if np.ndim(position) == 2:
-        position = np.asarray(position, dtype=np.float64)[chosen]
+    position = _cut(sensor.position, chosen, frames, 2)
     return replace(sensor, value=value, covariance=covariance, rotation=rotation, position=position)
+
+
+def _cut(given: ArrayLike, chosen: IntArray, frames: int, dimensions: int) -> Array:
+    """Cuts what has an entry for each frame; a shape that is wrong is left for others to refuse."""
+    array = np.asarray(given, dtype=np.float64)
+    return array[chosen] if array.ndim == dimensions and len(array) == frames else array
 
 
 def completed(

@@ -96,8 +96,26 @@ def test_intervals_cover_the_truth_as_often_as_they_say(tree, scene):
     assert 0.92 < np.mean(inside[0::2]) < 0.97
     assert 0.92 < np.mean(inside[1::2]) < 0.98
     assert rms(errors) <= 0.35
-    # The load's prior is wide beside the load, so one direction of the six says little.
-    assert 3.0 < np.mean(chi2) < 7.0
+    # The load's own prior takes three of the six degrees of freedom; its moment is known.
+    assert 2.0 < np.mean(chi2) < 5.0
+
+
+def test_the_residual_is_as_large_as_its_covariance_says(tree, scene):
+    rng = np.random.default_rng(9)
+    known = {sensor.link for sensor in scene.sensors if isinstance(sensor, ForceTorque)}
+    hand = np.concatenate([scene.load, 0.0 * scene.load], axis=1)
+    chi2 = []
+    for _ in range(4):
+        sensors = [s for s in scene.noisy(rng) if not isinstance(s, FreeWrench)]
+        for link in set(tree.link_names) - known:
+            value = 0.01 * rng.normal(size=(40, 6))
+            value += hand if link == "RightHandCOM" else 0.0
+            sensors.append(ForceTorque(link, value, 1e-4))
+        chi2.append(run(tree, scene, sensors).residual_chi2)
+    # Six degrees of freedom, 160 frames: the mean's standard deviation is 0.27.
+    assert np.mean(chi2) == pytest.approx(6.0, abs=0.9)
+    heavy = [replace(s, value=s.value + 5.0) if isinstance(s, ForceTorque) else s for s in sensors]
+    assert np.mean(run(tree, scene, heavy).residual_chi2) > 50.0
 
 
 def test_without_noise_sources_the_answer_is_inverse_dynamics(tree, scene):
@@ -296,6 +314,9 @@ def test_accelerations_nobody_measured_are_derived_and_said_to_be(tree, scene):
     assert rms(found.torque - scene.torque) < 0.1
     assert len(found.assumed) == 3
     assert all("derived from the motion" in line for line in found.assumed)
+    two = run(tree, scene, kept, method="two_step")
+    assert rms(two.torque - scene.torque) < 0.5
+    assert len(two.assumed) == 3
     with pytest.raises(MissingMeasurementError, match="never taken to be zero"):
         estimate(tree, scene.q, scene.v, None, kept)
     joints = [*kept, JointAcceleration(scene.a[:, 6:], 1.0)]
@@ -366,6 +387,22 @@ def test_a_force_too_free_for_double_precision_is_bounded_and_said_to_be(tree, s
         ),
         (JointAcceleration(np.zeros((40, 65)), 1.0), SensorError, "value of shape"),
         (JointAcceleration(np.zeros((40, 66)), np.ones(3)), SensorError, "covariance"),
+        (JointAcceleration(np.zeros((40, 66)), np.ones((7, 66))), SensorError, "covariance"),
+        (
+            ForceTorque("LeftHandCOM", np.zeros((40, 6)), np.ones((1, 6, 6))),
+            SensorError,
+            "covariance",
+        ),
+        (
+            ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, np.zeros((9, 3))),
+            SensorError,
+            "position",
+        ),
+        (
+            ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, rotation=np.ones((9, 3, 3))),
+            SensorError,
+            "rotation",
+        ),
         (JointAcceleration(np.zeros((40, 66)), 0.0), CovarianceError, "positive"),
     ],
 )
