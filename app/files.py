@@ -44,7 +44,9 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 def dump_json(value: Any) -> bytes:
     """Returns canonical JSON: UTF-8, no NaN, same value same bytes."""
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    # Half a surrogate pair, as a client may send, has no UTF-8: it goes back escaped, as it came.
+    return text.encode(errors="backslashreplace")
 
 
 def write_json(path: Path, value: Any) -> None:

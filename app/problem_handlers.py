@@ -1,6 +1,5 @@
 """Turns every error of a request into ``application/problem+json``."""
 
-import json
 import logging
 from collections.abc import Mapping
 from typing import Any
@@ -11,10 +10,12 @@ from fastapi.responses import PlainTextResponse, Response
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
+from app.files import dump_json
 from app.problems import (
     ADVICE,
     PROBLEM_JSON,
     Conflict,
+    Fault,
     Internal,
     InvalidRequest,
     NotFound,
@@ -63,7 +64,7 @@ def problem_response(problem: Problem, instance: str | None, status: int | None 
     if status is not None:
         body["status"] = status
     return Response(
-        json.dumps(body, ensure_ascii=False, allow_nan=False).encode(),
+        dump_json(body),
         status_code=body["status"],
         media_type=PROBLEM_JSON,
         headers=dict(problem.headers),
@@ -86,6 +87,10 @@ async def _on_problem(request: Request, error: Exception) -> Response:
 
 async def _on_invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
+    first = error.errors()[0]
+    if first["type"] == "json_invalid":
+        why, at = first["ctx"]["error"], first["loc"][-1]
+        return problem_response(_not_json(f"{why} at character {at}"), request.url.path)
     faults = faults_of_validation(error.errors())
     places = ", ".join(fault.pointer or "/" for fault in faults[:3])
     return problem_response(
@@ -99,10 +104,17 @@ async def _on_http(request: Request, error: Exception) -> Response:
     detail = error.detail
     if error.status_code == 404 and detail == "Not Found":
         detail = f"There is nothing at {request.url.path}."
+    if error.status_code == 400:
+        # A body that cannot even be parsed is malformed like any other.
+        why = "not UTF-8, nested too deeply, or a number of too many digits"
+        return problem_response(_not_json(why), request.url.path)
     problem = kind(str(detail), headers=dict(error.headers or {}))
-    # A body that cannot even be parsed is malformed like any other.
-    status = 422 if error.status_code == 400 else error.status_code
-    return problem_response(problem, request.url.path, status=status)
+    return problem_response(problem, request.url.path, status=error.status_code)
+
+
+def _not_json(why: str) -> InvalidRequest:
+    fault = Fault("", "one JSON value", why, "the body cannot be parsed")
+    return InvalidRequest(f"The body is not JSON: {why}.", [fault])
 
 
 async def _on_unforeseen(request: Request, error: Exception) -> Response:

@@ -95,9 +95,7 @@ def rank_candidates(
             mean=float(mean[i]),
             p_best=float(p_best[i]),
             tied_with=tuple(
-                other
-                for j, other in enumerate(ids)
-                if j != i and _tied(cost[i] - cost[j], tie_basis)
+                ids[int(j)] for j in np.flatnonzero(_tied(cost[i] - cost, tie_basis)) if j != i
             ),
             expected_regret=float((cost[i] - best).mean()),
             cvar90=float(worst[i]),
@@ -106,12 +104,15 @@ def rank_candidates(
     )
 
 
-def _tied(difference: Floats, basis: TieBasis) -> bool:
-    if len(difference) == 1:
-        return bool(difference[0] == 0.0)
+def _tied(differences: Floats, basis: TieBasis) -> NDArray[np.bool_]:
+    """Returns whether each row of paired differences ``(others, samples)`` holds zero."""
+    samples = differences.shape[1]
+    if samples == 1:
+        return np.asarray(differences[:, 0] == 0.0)
     if basis == "outcome":
-        low, high = np.quantile(difference, [0.025, 0.975])
+        low, high = np.quantile(differences, [0.025, 0.975], axis=1)
     else:
-        half = _Z95 * difference.std(ddof=1) / np.sqrt(len(difference))
-        low, high = difference.mean() - half, difference.mean() + half
-    return bool(low <= 0.0 <= high)
+        half = _Z95 * differences.std(axis=1, ddof=1) / np.sqrt(samples)
+        mean = differences.mean(axis=1)
+        low, high = mean - half, mean + half
+    return np.asarray((low <= 0.0) & (high >= 0.0))

@@ -20,6 +20,9 @@ from app.problems import Fault, Problem, faults_of_validation, pointer, shorten
 #: Faster than this between two points, the trajectory is taken to jump.
 MAX_SPEED_M_S = 5.0
 MAX_TURN_RAD_S = 4 * np.pi
+#: Longest prediction, in steps, and in steps times samples.
+MAX_STEPS = 2000
+MAX_POSTURES = 1_000_000
 #: How far the hand may be from the trajectory's first point when the motion begins.
 START_DISTANCE_M = 0.02
 START_ANGLE_RAD = np.deg2rad(5.0)
@@ -145,6 +148,24 @@ def parse_candidate(value: Any, index: int) -> ToolPath:
     path = ToolPath(parsed.id, index, parsed.frame_id, time_s, position, rotation)
     _check_continuous(path)
     return path
+
+
+def check_size(index: int, steps: int, samples: int) -> None:
+    """Refuses a candidate whose prediction would not fit in memory.
+
+    Raises:
+        CandidateRejected: It is too long, or too long for so many samples.
+    """
+    if steps > MAX_STEPS or steps * samples > MAX_POSTURES:
+        raise _reject(
+            index,
+            Fault(
+                _place(index, "time_s"),
+                f"at most {MAX_STEPS} steps, and {MAX_POSTURES} steps times samples",
+                f"{steps} steps, {steps * samples} steps times samples",
+                "the trajectory is too long; split it, or ask for fewer samples.",
+            ),
+        )
 
 
 def _check_continuous(path: ToolPath) -> None:

@@ -14,7 +14,6 @@ from app.assessments.schemas import AssessmentRequest, Assumption
 from app.plain import rounded
 from app.scoring import SIDES, worst_of_both
 from ergonomics import (
-    RankedCandidate,
     ScoreDistribution,
     WorstMoment,
     effort_share,
@@ -50,12 +49,11 @@ def rejected_slot(identifier: str, problem: dict[str, Any]) -> dict[str, Any]:
 def slot_result(
     predicted: Predicted,
     evaluated: Evaluated,
-    ranked: RankedCandidate,
     baseline: dict[str, Any],
     assumed: Sequence[Assumption],
     request: AssessmentRequest,
 ) -> dict[str, Any]:
-    """Returns the answer of one candidate."""
+    """Returns the answer of one candidate, its place among the others left open."""
     time_s = predicted.slot.path.time_s
     scores = evaluated.scores
     moments = worst_of_both(
@@ -64,9 +62,9 @@ def slot_result(
     rula = score_distribution(scores.worst_rula, "rula")
     return {
         "id": predicted.slot.id,
-        "rank": ranked.rank,
-        "p_best": rounded(ranked.p_best),
-        "tied_with": list(ranked.tied_with),
+        "rank": None,
+        "p_best": None,
+        "tied_with": [],
         "cost": _cost(evaluated),
         "rula": {**_course(time_s, rula), "p_ge_5": rounded(rula.at_least(5))},
         "reba": _course(time_s, score_distribution(scores.worst_reba, "reba")),
@@ -94,21 +92,23 @@ def baseline_results(evaluated: Evaluated) -> list[dict[str, float]]:
 
 
 def posture_record(
-    predicted: Predicted, evaluated: Evaluated, joint_names: tuple[str, ...], scale_nm: Array
+    predicted: Predicted, evaluated: Evaluated, joint_names: tuple[str, ...]
 ) -> PostureRecord:
-    """Returns what is needed to play a candidate back."""
+    """Returns what is needed to play a candidate back, its colours scaled to itself."""
+    effort = np.median(evaluated.efforts.moment_norm, axis=0)
     chosen = spread(predicted.q, _SHOWN_SAMPLES + 1)
     medoid = predicted.q[chosen[0]]
     return PostureRecord(
         time_s=predicted.slot.path.time_s,
         joint_names=np.array(joint_names),
-        joint_position=medoid[:, 7:],
-        samples=predicted.q[chosen[1:], :, 7:],
-        base_position=medoid[:, :3],
-        base_orientation_xyzw=medoid[:, 3:7],
+        # Copies: a view would keep every sample of the candidate alive.
+        joint_position=medoid[:, 7:].copy(),
+        samples=predicted.q[chosen[1:], :, 7:].copy(),
+        base_position=medoid[:, :3].copy(),
+        base_orientation_xyzw=medoid[:, 3:7].copy(),
         effort_joint_names=np.array(evaluated.efforts.joint_names),
-        effort_p50_nm=np.median(evaluated.efforts.moment_norm, axis=0),
-        effort_scale_nm=scale_nm,
+        effort_p50_nm=effort,
+        effort_scale_nm=effort.max(axis=0),
         target_position=predicted.slot.path.pose.position,
     )
 

@@ -12,7 +12,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    FiniteFloat,
     WithJsonSchema,
     model_validator,
 )
@@ -20,8 +19,17 @@ from pydantic import (
 from app.assessments.poses import Pose, matrix_pose, quaternion_pose
 from human.rotations import matrix_to_quaternion
 
-Vector3 = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
-Quaternion = Annotated[list[FiniteFloat], Field(min_length=4, max_length=4)]
+#: A number, not a text or a truth value; sizes beyond these are of no person and no robot, and
+#: would overflow once squared.
+Metre = Annotated[float, Field(strict=True, ge=-1e4, le=1e4, allow_inf_nan=False)]
+Newton = Annotated[float, Field(strict=True, ge=-1e4, le=1e4, allow_inf_nan=False)]
+Radian = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+#: Wide enough for seconds since 1970.
+Second = Annotated[float, Field(strict=True, ge=-1e10, le=1e10, allow_inf_nan=False)]
+Part = Annotated[float, Field(strict=True, ge=-1e3, le=1e3, allow_inf_nan=False)]
+Vector3 = Annotated[list[Metre], Field(min_length=3, max_length=3)]
+Force3 = Annotated[list[Newton], Field(min_length=3, max_length=3)]
+Quaternion = Annotated[list[Part], Field(min_length=4, max_length=4)]
 
 #: Roll-outs per candidate unless the request says otherwise.
 DEFAULT_SAMPLES = 32
@@ -81,7 +89,7 @@ class Start(_Strict):
     """The person's posture when the motion begins."""
 
     #: Angles by joint name, in rad; joints left out stand as in neutral upright standing.
-    joint_position: dict[str, FiniteFloat] = {}
+    joint_position: dict[str, Radian] = {}
     T_world_pelvis: PoseInput
 
 
@@ -94,8 +102,8 @@ class Grasp(_Strict):
 class SigmaX(_Strict):
     """The robot's repeatability: one standard deviation."""
 
-    position_m: float = Field(default=0.0, ge=0.0, le=0.5, allow_inf_nan=False)
-    orientation_rad: float = Field(default=0.0, ge=0.0, le=1.0, allow_inf_nan=False)
+    position_m: float = Field(strict=True, default=0.0, ge=0.0, le=0.5, allow_inf_nan=False)
+    orientation_rad: float = Field(strict=True, default=0.0, ge=0.0, le=1.0, allow_inf_nan=False)
 
 
 _SIGMA_SCHEMA = {
@@ -114,7 +122,7 @@ _GRASP_SCHEMA = {
 
 
 def _sigma_parts(value: Any) -> Any:
-    if isinstance(value, int | float):
+    if isinstance(value, int | float) and not isinstance(value, bool):
         return {"position_m": value}
     if isinstance(value, dict | SigmaX):
         return value
@@ -132,8 +140,8 @@ def _explicit_grasp(value: Any) -> Any:
 class FootSplit(_Strict):
     """Share of the body's support that each foot bears."""
 
-    left: float = Field(ge=0.0, le=1.0, allow_inf_nan=False)
-    right: float = Field(ge=0.0, le=1.0, allow_inf_nan=False)
+    left: float = Field(strict=True, ge=0.0, le=1.0, allow_inf_nan=False)
+    right: float = Field(strict=True, ge=0.0, le=1.0, allow_inf_nan=False)
 
     @model_validator(mode="after")
     def _whole(self) -> "FootSplit":
@@ -150,7 +158,7 @@ class Candidate(_Strict):
 
     id: str = Field(min_length=1, max_length=200)
     frame_id: str = "world"
-    time_s: list[FiniteFloat] = Field(min_length=2, max_length=20_000)
+    time_s: list[Second] = Field(min_length=2, max_length=20_000)
     position_m: list[Vector3] = Field(min_length=2, max_length=20_000)
     orientation_xyzw: list[Quaternion] | None = None
 
@@ -171,18 +179,18 @@ class AssessmentRequest(_Strict):
     grasp: Annotated[
         Grasp | None, BeforeValidator(_explicit_grasp), WithJsonSchema(_GRASP_SCHEMA)
     ] = None
-    payload_kg: float = Field(default=0.0, ge=0.0, le=200.0, allow_inf_nan=False)
+    payload_kg: float = Field(strict=True, default=0.0, ge=0.0, le=200.0, allow_inf_nan=False)
     #: What the person bears of the payload; the robot bears the rest.
-    payload_share: float = Field(default=1.0, ge=0.0, le=1.0, allow_inf_nan=False)
+    payload_share: float = Field(strict=True, default=1.0, ge=0.0, le=1.0, allow_inf_nan=False)
     #: Further force of the robot on the person's hand, world axes, N.
-    hand_force_n: Vector3 = [0.0, 0.0, 0.0]
+    hand_force_n: Force3 = [0.0, 0.0, 0.0]
     foot_split: FootSplit | None = None
     #: The robot's repeatability, m; or ``{position_m, orientation_rad}``.
     sigma_x: Annotated[SigmaX, BeforeValidator(_sigma_parts), WithJsonSchema(_SIGMA_SCHEMA)] = (
         SigmaX(position_m=0.001)
     )
-    samples: int = Field(default=DEFAULT_SAMPLES, ge=2, le=2000)
-    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    samples: int = Field(strict=True, default=DEFAULT_SAMPLES, ge=2, le=2000)
+    seed: int = Field(strict=True, default=0, ge=0, le=2**32 - 1)
     #: Each one is checked alone; a bad one is a ``problem`` in its slot of the answer.
     candidates: Annotated[list[_Slot], Field(min_length=1, max_length=5000)]
     include_posture: bool = False

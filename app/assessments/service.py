@@ -129,6 +129,8 @@ class Assessments:
             home = self._folder / identifier
             created = _now()
             answer: dict[str, Any] = {"id": identifier, "created": created, **outcome.result}
+            # First: what cannot be said leaves nothing behind.
+            content = dump_json(answer)
             for index, record in enumerate(outcome.postures):
                 if record is not None:
                     buffer = io.BytesIO()
@@ -141,7 +143,6 @@ class Assessments:
                 n_candidates=len(request.candidates),
                 name=request.name,
             )
-            content = dump_json(answer)
             write_bytes(home / "assessment.json", content)
             # Last: what the list shows is complete.
             write_json(home / "summary.json", item.model_dump())

@@ -63,7 +63,7 @@ def cubic_operators(time_s: Array, half_width_s: float) -> tuple[Array, Array, A
     return _remembered(time_s.tobytes(), half_width_s)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=4)
 def _remembered(time_s: bytes, half_width_s: float) -> tuple[Array, Array, Array]:
     operators = local_cubics(np.frombuffer(time_s), half_width_s)
     for operator in operators:

@@ -203,7 +203,9 @@ def _subject(recording: Recording, request: ScoreRequest) -> tuple[Subject, list
     try:
         return Subject(height, mass, request.sex or "unknown"), assumed
     except SubjectError as error:
-        raise InvalidRequest(str(error)) from error
+        field = "height_m" if error.quantity.startswith("height") else "mass_kg"
+        fault = Fault(pointer(field), error.accepted, repr(error.value), "of no adult")
+        raise InvalidRequest(str(error), [fault]) from error
 
 
 def _unmeasured(recording: Recording, fitted: FittedRecording) -> frozenset[str]:

@@ -10,7 +10,7 @@ from app.assessments.assess import assess
 from app.assessments.schemas import Assessment, AssessmentRequest
 from app.files import dump_json
 from app.models.operator import Operator
-from app.problems import InvalidRequest
+from app.problems import Cancelled, InvalidRequest
 from human import forward_kinematics, frame_poses
 from tests.app.conftest import Scene
 
@@ -239,3 +239,38 @@ def test_two_candidates_of_one_id_are_refused(scene: Scene, opened: Operator) ->
     with pytest.raises(InvalidRequest, match="same id") as caught:
         ask(scene, opened, candidates=twice)
     assert caught.value.faults[0].pointer == "/candidates/1/id"
+
+
+def test_parts_that_fit_in_memory_change_nothing(
+    scene: Scene, opened: Operator, answer: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.assessments.assess.POSTURES_AT_ONCE", 1)
+    assert ask(scene, opened) == answer
+
+
+def test_a_cancel_is_noticed_between_parts(
+    scene: Scene, opened: Operator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.assessments.assess.POSTURES_AT_ONCE", 1)
+    told: list[tuple[int, int]] = []
+
+    def stop(done: int, total: int) -> None:
+        told.append((done, total))
+        if done == 2:
+            raise Cancelled("enough")
+
+    request = AssessmentRequest.model_validate(scene.request(opened.id))
+    with pytest.raises(Cancelled):
+        assess(request, opened, stop)
+    assert told == [(1, 3), (2, 3)]
+
+
+def test_a_trajectory_too_long_to_hold_is_refused_in_its_slot(
+    scene: Scene, opened: Operator
+) -> None:
+    hand = scene.candidates()[0]["position_m"][0]
+    hour = {"id": "hour", "time_s": [0.0, 3600.0], "position_m": [hand, hand]}
+    slots = ask(scene, opened, candidates=[hour, scene.candidates()[1]])["candidates"]
+    assert slots[0]["problem"]["errors"][0]["pointer"] == "/candidates/0/time_s"
+    assert "too long" in slots[0]["problem"]["detail"]
+    assert slots[1]["problem"] is None

@@ -142,6 +142,11 @@ def test_many_points_go_to_the_background(tmp_path: Path, scene: Scene) -> None:
          "/start/T_world_pelvis"),
         ({"frames": {"a/b": {"position_m": [0, 0]}}}, "/frames/a~1b/position_m"),
         ({"foot_split": {"left": 0.5, "right": 0.6}}, "/foot_split"),
+        ({"hand_force_n": [0, 0, 1e300]}, "/hand_force_n/2"),
+        ({"payload_kg": "4"}, "/payload_kg"),
+        ({"payload_share": True}, "/payload_share"),
+        ({"sigma_x": True}, "/sigma_x"),
+        ({"samples": True}, "/samples"),
     ],
 )  # fmt: skip
 def test_a_malformed_request_is_refused_at_its_place(
@@ -177,10 +182,28 @@ def test_numbers_that_are_not_finite_are_refused(
     assert problems[1]["errors"][0]["pointer"] == "/candidates/1/position_m/3/0"
 
 
+def test_half_a_surrogate_pair_goes_back_as_it_came(
+    api: TestClient, scene: Scene, model_id: str, settings: Settings
+) -> None:
+    candidates = [{**scene.candidates()[0], "id": "\ud800"}, scene.candidates()[1]]
+    sent = json.dumps(scene.request(model_id, candidates=candidates))
+    answer = api.post("/v1/assessments", content=sent, headers={"Content-Type": "application/json"})
+    assert answer.status_code == 200
+    first, second = json.loads(answer.content)["candidates"]
+    assert first["id"] == "\ud800" and second["problem"] is None
+    assert first["problem"]["errors"][0]["pointer"] == "/candidates/0/id"
+    start = {"T_world_pelvis": {"position_m": [0, 0, 1]}, "joint_position": {"\ud800": 0.0}}
+    sent = json.dumps(scene.request(model_id, start=start))
+    answer = api.post("/v1/assessments", content=sent, headers={"Content-Type": "application/json"})
+    assert (answer.status_code, answer.headers["content-type"]) == (422, PROBLEM)
+
+
 @pytest.mark.parametrize(
     ("content", "kind", "status"),
     [
         ("{", "application/json", 422),
+        ("(" * 100_000, "application/json", 422),
+        ('{"seed": ' + "9" * 5000 + "}", "application/json", 422),
         ("[]", "application/json", 422),
         ("[" * 100_000, "application/json", 422),
         ("{}", "text/plain", 422),
@@ -195,6 +218,7 @@ def test_a_body_that_is_no_request_is_refused(
         answer = api.post("/v1/assessments", content=content, headers={"Content-Type": kind})
     assert answer.status_code == status
     assert answer.headers["content-type"] == PROBLEM
+    assert status == 413 or [fault["pointer"] for fault in answer.json()["errors"]] == [""]
 
 
 def test_an_unknown_model_is_not_found(api: TestClient, scene: Scene) -> None:

@@ -39,10 +39,17 @@ def candidate(**changes: Any) -> dict[str, Any]:
         ),
         ({"position_m": "far"}, "/candidates/4/position_m", "list"),
         (
-            {"position_m": [[0, 0, 0], [0, 0, "1e999"], [0, 0, 0]]},
+            {"position_m": [[0, 0, 0], [0, 0, "0.5"], [0, 0, 0]]},
             "/candidates/4/position_m/1/2",
-            "finite",
+            "valid number",
         ),
+        (
+            {"position_m": [[0, 0, 0], [0, 0, 1e300], [0, 0, 0]]},
+            "/candidates/4/position_m/1/2",
+            "less than",
+        ),
+        ({"time_s": [0.0, 0.1, 1e300]}, "/candidates/4/time_s/2", "less than"),
+        ({"time_s": [False, True, 2.0]}, "/candidates/4/time_s/0", "valid number"),
         (
             {"orientation_xyzw": [UNIT, [0, 0, 0, 1.01], UNIT]},
             "/candidates/4/orientation_xyzw/1",
