@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.assessments.schemas import Assumption
 from app.files import check_id, dump_json, write_bytes
 from app.plain import plain, rounded
-from app.problems import InvalidRequest, NotFound, Unreadable
+from app.problems import Fault, InvalidRequest, NotFound, Unreadable, pointer
 from app.recordings.service import Recordings
 from app.scores.schemas import ScoreRequest
 from app.scoring import SIDES, BodyScores, score_body, tasks_of, worst_of_both

@@ -74,9 +74,9 @@ def test_what_is_not_known_of_the_person_is_assumed_and_named(api: TestClient, b
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"height_m": 0.3}, "height"),
+        ({"height_m": 0.3}, "/height_m"),
         ({"height_m": 2.9}, "height"),
-        ({"mass_kg": 400.0}, "mass"),
+        ({"mass_kg": 400.0}, "/mass_kg"),
         ({"height_m": -1}, "/height_m"),
         ({"profile": "mine"}, "/profile"),
         ({"neutral_tolerance_deg": 80}, "/neutral_tolerance_deg"),
