@@ -30,9 +30,10 @@ ENGINES: tuple[EngineName, ...] = ("fast", "gpytorch")
 #: ``marginal`` likelihood, or the density of parts ``held-out`` in turn, for autocorrelated motion.
 Criterion = Literal["marginal", "held-out"]
 CRITERIA: tuple[Criterion, ...] = ("marginal", "held-out")
-#: ``diagonal`` W as in the paper, or ``correlated``: joint correlations from the demonstrations.
-WeightKind = Literal["diagonal", "correlated"]
-WEIGHTS: tuple[WeightKind, ...] = ("diagonal", "correlated")
+#: ``diagonal`` W as in the paper; ``correlated``: joint correlations from the demonstrations;
+#: ``auto``: whichever of the two the criterion prefers.
+WeightKind = Literal["diagonal", "correlated", "auto"]
+WEIGHTS: tuple[WeightKind, ...] = ("diagonal", "correlated", "auto")
 #: Contiguous parts of the held-out criterion.
 HELD_OUT_PARTS = 8
 #: Alternations of weights and kernel.
@@ -128,6 +129,21 @@ def search_law(
         DemonstrationError: Too few samples.
         TrainingCancelledError: ``should_stop`` said so.
     """
+    if options.weights == "auto":
+        # Both score the same coordinates, and W moves them without changing volume.
+        kinds: tuple[WeightKind, ...] = ("diagonal", "correlated")
+        laws = []
+        for number, kind in enumerate(kinds):
+            laws.append(
+                search_law(
+                    demonstrations,
+                    rng,
+                    replace(options, weights=kind),
+                    progress=_share_of(progress, number / 2),
+                    should_stop=should_stop,
+                )
+            )
+        return max(laws, key=lambda law: law.score)
     demonstrations.check_enough()
     check_stop(should_stop)
     basis = NullSpaceBasis.around(demonstrations.jacobian)
@@ -177,6 +193,17 @@ def search_law(
         search.score,
         used,
     )
+
+
+def _share_of(progress: Progress | None, start: float) -> Progress | None:
+    """Returns progress that fills one half of the whole, from ``start``."""
+    if progress is None:
+        return None
+
+    def tell(what: str, done: float, likelihood: float) -> None:
+        progress(what, start + 0.5 * done, likelihood)
+
+    return tell
 
 
 def demonstrated_weights(demonstrations: Demonstrations) -> tuple[Array, Array]:

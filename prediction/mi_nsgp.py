@@ -86,8 +86,9 @@ class MiNsGp(Predictor):
             engine: ``fast``, or ``gpytorch`` as the slow reference.
             criterion: ``marginal`` likelihood as in the paper, or ``held-out``: the density of
                 contiguous parts given the rest, for motion whose samples repeat their neighbours.
-            weights: ``diagonal``, or ``correlated``: W has the correlations of the demonstrated
-                joint velocities and its diagonal is searched from theirs, where it is `CovIk`'s.
+            weights: ``diagonal`` W as in the paper; ``correlated``: W has the correlations of the
+                demonstrated joint velocities and its diagonal is searched from theirs, where it is
+                `CovIk`'s; ``auto``: both, and the criterion decides.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.
 

@@ -57,7 +57,7 @@ class TrainingOptions:
     optimizer: Optimizer = "bipop"
     engine: EngineName = "fast"
     criterion: Criterion | None = None
-    weights: WeightKind = "correlated"
+    weights: WeightKind = "auto"
     max_evaluations: int = 3000
     max_samples: int = MAX_SAMPLES
     blocks: int = 4

@@ -214,6 +214,17 @@ def test_correlated_weights_start_from_the_demonstrations_and_gain(split, criter
     np.testing.assert_allclose(hand, split[2].xdot, atol=1e-12)
 
 
+def test_automatic_weights_are_those_the_criterion_prefers(split):
+    train = split[1].take(slice(0, 80))
+    options = {"optimizer": "gradient", "criterion": "held-out", "max_evaluations": 40}
+    laws = {
+        kind: MiNsGp.fit(train, np.random.default_rng(0), weights=kind, **options).law
+        for kind in ("diagonal", "correlated", "auto")
+    }
+    best = max(laws["diagonal"].score, laws["correlated"].score)
+    assert laws["auto"].score == pytest.approx(best, abs=1e-12)
+
+
 def test_held_out_criterion_finds_the_weights_and_fades_far_away(split):
     raw, train, test = split
     model = MiNsGp.fit(
