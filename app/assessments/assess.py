@@ -166,7 +166,14 @@ class _Board:
         if not predicted:
             return
         evaluated = [
-            evaluate(one.q, one.slot.path.time_s, one.slot.path.pose.position, request, operator)
+            evaluate(
+                one.q,
+                one.slot.path.time_s,
+                one.slot.path.pose.position,
+                request,
+                operator,
+                one.central,
+            )
             for one in predicted
         ]
         baselines = {

@@ -21,7 +21,7 @@ from human import (
 )
 from human.dynamics import GRAVITY
 
-#: Half the window over which sampled postures are smoothed before they are differentiated, s.
+#: Half the window over which postures are smoothed, and differentiated, s.
 SMOOTHING_S = 0.25
 
 _TRUNK = ("jL5S1", "jL4L3", "jL1T12", "jT9T8")
@@ -73,19 +73,25 @@ def leg_joints() -> tuple[str, ...]:
 
 
 def velocities(
-    model: HumanModel, q: Array, time_s: Array, moving: NDArray[np.intp]
+    model: HumanModel,
+    q: Array,
+    time_s: Array,
+    moving: NDArray[np.intp],
+    central: Array | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Returns smoothed configurations and their first and second derivatives.
+    """Returns smoothed configurations and the first and second derivatives of the motion.
 
-    The base and the joints that are not predicted stand still. The predicted deviations are rough
-    on purpose (they are noise); taken literally their accelerations would be those of no body, so
-    each roll-out is smoothed by a local cubic first.
+    The base and the joints that are not predicted stand still. Sampled deviations are an
+    Ornstein-Uhlenbeck process, which says where a posture may be and has no acceleration: what a
+    filter makes of it depends on the filter alone. So all samples move as the central path does,
+    each from its own posture.
 
     Args:
         model: The person.
         q: ``(S, T, nq)``.
         time_s: ``(T,)``.
         moving: Joint angles that are predicted, indices.
+        central: The path without deviation, ``(T, nq)``; None if that is what ``q`` holds.
 
     Returns:
         ``(S, T, nq)``, ``(S, T, nv)``, ``(S, T, nv)``.
@@ -95,7 +101,8 @@ def velocities(
     smooth = q.copy()
     smooth[..., 7 + moving] = value @ angles
     v, a = np.zeros((*q.shape[:-1], model.nv)), np.zeros((*q.shape[:-1], model.nv))
-    v[..., 6 + moving], a[..., 6 + moving] = first @ angles, second @ angles
+    led = angles if central is None else central[:, 7 + moving]
+    v[..., 6 + moving], a[..., 6 + moving] = first @ led, second @ led
     return smooth, v, a
 
 
@@ -108,6 +115,7 @@ def joint_efforts(
     load: HandLoad,
     moving: NDArray[np.intp],
     foot_split: FootSplit | None,
+    central: Array | None = None,
 ) -> Efforts:
     """Returns the efforts from hand to L5S1, and of the legs where the foot split is stated.
 
@@ -121,8 +129,9 @@ def joint_efforts(
         load: What acts at the hand.
         moving: Joint angles that are predicted, indices.
         foot_split: Share of the support by foot, or None.
+        central: See `velocities`.
     """
-    smooth, v, a = velocities(model, q, time_s, moving)
+    smooth, v, a = velocities(model, q, time_s, moving, central)
     _, _, second = cubic_operators(time_s, SMOOTHING_S)
     held = load.wrench(second @ hand_position)
     joints = arm_joints(hand)

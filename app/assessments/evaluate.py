@@ -84,6 +84,7 @@ def evaluate(
     hand_position: Array,
     request: AssessmentRequest,
     operator: Operator,
+    central: Array | None = None,
 ) -> Evaluated:
     """Scores postures that share their times.
 
@@ -93,6 +94,8 @@ def evaluate(
         hand_position: Where the hand is led, ``(T, 3)`` or ``(S, T, 3)`` m, world.
         request: Load, force and foot split.
         operator: The person.
+        central: The path that the samples deviate from, ``(T, nq)``; None if ``q`` holds such
+            paths.
     """
     poses = forward_kinematics(operator.model, q)
     scores = score_body(operator.model, poses, task_contexts(request))
@@ -106,6 +109,7 @@ def evaluate(
         hand_load(request, operator),
         operator.chain.dof_indices,
         request.foot_split,
+        central,
     )
     arm = arm_joints(request.hand)
     shares = effort_share(efforts.moment_norm[..., : len(arm)], arm)
