@@ -25,7 +25,7 @@ from app.assessments.results import (
     slot_result,
 )
 from app.assessments.schemas import AssessmentRequest
-from app.assessments.timing import prediction_grid, resample
+from app.assessments.timing import grid_size, prediction_grid, resample
 from app.models.operator import Operator
 from app.plain import rounded
 from app.problems import Fault, InvalidRequest, pointer
@@ -111,10 +111,10 @@ def _slot(value: Any, index: int, standing: Standing, samples: int) -> Slot | Ca
     try:
         tool = parse_candidate(value, index)
         path = hand_path(tool, standing.frames, standing.grasp, standing.hand)
-        grid = prediction_grid(path.time_s)
-        check_size(index, len(grid.time_s), samples)
+        check_size(index, grid_size(path.time_s), samples)
     except CandidateRejected as problem:
         return problem
+    grid = prediction_grid(path.time_s)
     return Slot(tool.id, index, tool.time_s, resample(path, grid), grid.resampled)
 
 

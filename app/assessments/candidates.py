@@ -20,12 +20,14 @@ from app.problems import Fault, Problem, faults_of_validation, pointer, shorten
 #: Faster than this between two points, the trajectory is taken to jump.
 MAX_SPEED_M_S = 5.0
 MAX_TURN_RAD_S = 4 * np.pi
-#: Longest prediction, in steps, and in steps times samples.
+#: Longest prediction, in steps, and in steps times samples: some 2 GB while it is scored.
 MAX_STEPS = 2000
-MAX_POSTURES = 1_000_000
+MAX_POSTURES = 400_000
 #: How far the hand may be from the trajectory's first point when the motion begins.
 START_DISTANCE_M = 0.02
 START_ANGLE_RAD = np.deg2rad(5.0)
+#: How far from the tool's first point a hand may be that is taken to hold it as it stands.
+MAX_GRASP_M = 1.0
 
 
 class CandidateRejected(Problem):
@@ -226,6 +228,8 @@ def hand_path(
     if path.rotation is None:
         return _position_path(path, frame, grasp, start_hand)
     tool = frame @ Pose(path.rotation, path.position)
+    if grasp is None:
+        _check_held(path, tool[0].position, start_hand)
     held = tool[0].inverse() @ start_hand if grasp is None else grasp
     hand = tool @ held
     _check_start(path, hand[0], start_hand)
@@ -244,12 +248,33 @@ def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: 
                 "where the hand is cannot be told from the tool's position alone.",
             ),
         )
+    if grasp is None:
+        _check_held(path, tool[0], start_hand)
     offset = start_hand.position - tool[0] if grasp is None else np.zeros(3)
     position = tool + offset
     rotation = np.broadcast_to(start_hand.rotation, (len(position), 3, 3))
     hand = Pose(rotation, position)
     _check_start(path, hand[0], start_hand)
     return HandPath(path.time_s, hand, True, Pose(IDENTITY.rotation, offset))
+
+
+def _check_held(path: ToolPath, first: Array, start: Pose) -> None:
+    distance = float(np.linalg.norm(first - start.position))
+    if distance > MAX_GRASP_M:
+        raise _reject(
+            path.index,
+            Fault(
+                _place(path.index, "position_m", 0),
+                f"within {MAX_GRASP_M:g} m of the hand's start at {_words(start.position)}",
+                f"{distance:.3f} m away",
+                "the hand cannot hold a tool so far away; start posture and trajectory do not "
+                "meet, or are in different frames.",
+            ),
+        )
+
+
+def _words(position: Array) -> str:
+    return ", ".join(f"{x:.3f}" for x in position)
 
 
 def _check_start(path: ToolPath, first: Pose, start: Pose) -> None:
@@ -260,8 +285,7 @@ def _check_start(path: ToolPath, first: Pose, start: Pose) -> None:
             path.index,
             Fault(
                 _place(path.index, "position_m", 0),
-                f"within {START_DISTANCE_M:g} m of the hand's start at "
-                + ", ".join(f"{x:.3f}" for x in start.position),
+                f"within {START_DISTANCE_M:g} m of the hand's start at {_words(start.position)}",
                 f"{distance:.3f} m away",
                 "the start posture does not meet the trajectory's first point.",
             ),

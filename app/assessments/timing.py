@@ -34,13 +34,24 @@ def prediction_grid(time_s: Array) -> Grid:
     Times that are already between the shortest and the longest step are taken as they are. Else
     the same duration is divided evenly by the nearest step inside the range.
     """
-    step = np.diff(time_s)
-    if step.max() <= LONGEST_STEP_S * (1 + 1e-9) and step.min() >= SHORTEST_STEP_S * (1 - 1e-9):
+    if _in_range(time_s):
         return Grid(time_s, False)
-    wanted = float(np.clip(np.median(step), SHORTEST_STEP_S, LONGEST_STEP_S))
+    return Grid(np.linspace(time_s[0], time_s[-1], grid_size(time_s)), True)
+
+
+def grid_size(time_s: Array) -> int:
+    """Returns how many times the prediction's grid has, before any of them is laid out."""
+    if _in_range(time_s):
+        return len(time_s)
+    wanted = float(np.clip(np.median(np.diff(time_s)), SHORTEST_STEP_S, LONGEST_STEP_S))
     duration = float(time_s[-1] - time_s[0])
-    count = max(2, int(np.ceil(duration / wanted - 1e-9)) + 1)
-    return Grid(np.linspace(time_s[0], time_s[-1], count), True)
+    return max(2, int(np.ceil(duration / wanted - 1e-9)) + 1)
+
+
+def _in_range(time_s: Array) -> bool:
+    step = np.diff(time_s)
+    low, high = SHORTEST_STEP_S * (1 - 1e-9), LONGEST_STEP_S * (1 + 1e-9)
+    return bool(step.max() <= high and step.min() >= low)
 
 
 def resample(path: HandPath, grid: Grid) -> HandPath:

@@ -265,11 +265,12 @@ def test_a_cancel_is_noticed_between_parts(
     assert told == [(1, 3), (2, 3)]
 
 
+@pytest.mark.parametrize("duration_s", [3600.0, 2e9])
 def test_a_trajectory_too_long_to_hold_is_refused_in_its_slot(
-    scene: Scene, opened: Operator
+    scene: Scene, opened: Operator, duration_s: float
 ) -> None:
     hand = scene.candidates()[0]["position_m"][0]
-    hour = {"id": "hour", "time_s": [0.0, 3600.0], "position_m": [hand, hand]}
+    hour = {"id": "hour", "time_s": [0.0, duration_s], "position_m": [hand, hand]}
     slots = ask(scene, opened, candidates=[hour, scene.candidates()[1]])["candidates"]
     assert slots[0]["problem"]["errors"][0]["pointer"] == "/candidates/0/time_s"
     assert "too long" in slots[0]["problem"]["detail"]

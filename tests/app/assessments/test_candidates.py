@@ -138,6 +138,20 @@ def test_an_unknown_frame_a_far_start_and_a_turned_start_are_refused() -> None:
     assert "6.0 deg" in caught.value.faults[0].got
 
 
+@pytest.mark.parametrize("orientation", [None, [UNIT] * 3])
+def test_a_tool_beyond_any_grasp_is_refused_where_the_grasp_comes_from_the_start(
+    orientation: Any,
+) -> None:
+    path = parse_candidate(candidate(orientation_xyzw=orientation), 1)
+    near = Pose(np.eye(3), path.position[0] + [0.0, 0.0, 0.99])
+    hand_path(path, {"world": IDENTITY}, None, near)
+    far = Pose(np.eye(3), path.position[0] + [0.0, 0.0, 1.01])
+    with pytest.raises(CandidateRejected, match="do not meet") as caught:
+        hand_path(path, {"world": IDENTITY}, None, far)
+    assert caught.value.faults[0].pointer == "/candidates/1/position_m/0"
+    assert caught.value.faults[0].got == "1.010 m away"
+
+
 def test_a_position_path_keeps_the_offset_of_the_start_and_refuses_a_lever() -> None:
     path = parse_candidate(candidate(orientation_xyzw=None), 0)
     start = pose([0.3, 0.2, 0.1], [0.4, 0.05, 1.1])
