@@ -3,8 +3,8 @@
 Run ``python -m benchmarks.prediction.simulated [--kinds average ...] [--seed 3]``.
 
 Each operator follows a law with a diagonal W and a posture preference. ``known``: trained on led
-hand ways, tested on other led ways between the same poses; ``other``: trained on led ways, tested on
-free reaching. Errors are of closed-loop roll-outs from measured starts, two seconds each.
+hand ways, tested on other led ways between the same poses; ``other``: trained on led ways, tested
+on free reaching. Errors are of closed-loop roll-outs from measured starts, two seconds each.
 """
 
 import argparse
