@@ -258,7 +258,14 @@ def _two_step(
         accelerations = link_accelerations(tree, kinematics, base, a[:, 6:])
         rate = momentum_rate(tree, kinematics, accelerations)
         wrenches, _ = external_wrenches(
-            tree, kinematics, Px, fbar, rate, preset.momentum, diagonal_at=run.diagonal_at
+            tree,
+            kinematics,
+            Px,
+            fbar,
+            rate,
+            preset.momentum,
+            diagonal_at=run.diagonal_at,
+            spreads=False,
         )
     second: list[Measurement] = []
     for sensor in measurements:

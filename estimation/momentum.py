@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from estimation.spatial import Array, times, transposed
+from estimation.spatial import Array, motion_transform, times, transposed
 from estimation.tree import EstimationTree
 from estimation.tree_kinematics import TreeKinematics
 
@@ -47,13 +47,11 @@ def momentum_rate(tree: EstimationTree, kinematics: TreeKinematics, acceleration
     return newton_euler(tree, kinematics, accelerations, nothing)[1]
 
 
-def transforms_from_base(tree: EstimationTree, kinematics: TreeKinematics) -> Array:
+def transforms_from_base(kinematics: TreeKinematics) -> Array:
     """Returns ``(n_links, frames, 6, 6)``: base to link; transposed, they bring wrenches back."""
-    out = np.empty((*kinematics.bias.shape, 6))
-    out[0] = np.eye(6)
-    for link, parent in enumerate(tree.parents[1:], 1):
-        out[link] = kinematics.X[link] @ out[parent]
-    return out
+    back = transposed(kinematics.rotation[0])
+    lever = times(back, kinematics.position - kinematics.position[0])
+    return motion_transform(back @ kinematics.rotation, lever)
 
 
 def center_of_mass(tree: EstimationTree, kinematics: TreeKinematics) -> Array:

@@ -12,6 +12,7 @@ from estimation import Accelerometer
 from human import HumanModel, to_urdf
 
 ACCELEROMETER, NET_WRENCH, JOINT_ACCELERATION = "accelerometer", "wrench", "joint"
+MOMENTUM = "momentum"
 
 
 class PeerMissingError(Exception):
@@ -28,6 +29,7 @@ class PeerCovariances:
     joint: float
     wrench: dict[str, np.ndarray]
     untouched: float
+    momentum: float = 1e-3
 
 
 class Peer:
@@ -38,8 +40,18 @@ class Peer:
         model: HumanModel,
         accelerometers: list[Accelerometer],
         covariances: PeerCovariances,
+        *,
+        balance_only: bool = False,
     ) -> None:
-        """Loads the model, puts the accelerometers on it and sets every covariance."""
+        """Loads the model, puts the accelerometers on it and sets every covariance.
+
+        Args:
+            model: the person.
+            accelerometers: none where only the balance is wanted.
+            covariances: of everything.
+            balance_only: external wrenches from the rate of change of momentum alone, the 2021
+                paper's first step.
+        """
         try:
             import idyntree.bindings as idt
         except ImportError:
@@ -55,10 +67,14 @@ class Peer:
         for sensor in accelerometers:
             self._add(sensor)
         options = idt.BerdyOptions()
-        options.berdyVariant = idt.BERDY_FLOATING_BASE
+        options.berdyVariant = (
+            idt.BERDY_FLOATING_BASE_NON_COLLOCATED_EXT_WRENCHES
+            if balance_only
+            else idt.BERDY_FLOATING_BASE
+        )
         options.includeAllNetExternalWrenchesAsDynamicVariables = True
         options.includeAllNetExternalWrenchesAsSensors = True
-        options.includeAllJointAccelerationsAsSensors = True
+        options.includeAllJointAccelerationsAsSensors = not balance_only
         options.includeAllJointTorquesAsSensors = False
         options.includeFixedBaseExternalWrench = False
         self._helper = idt.BerdyHelper()
@@ -99,6 +115,7 @@ class Peer:
             idt.ACCELEROMETER_SENSOR: ACCELEROMETER,
             idt.NET_EXT_WRENCH_SENSOR: NET_WRENCH,
             idt.DOF_ACCELERATION_SENSOR: JOINT_ACCELERATION,
+            idt.RCM_SENSOR: MOMENTUM,
         }
         for sensor in self._helper.getSensorsOrdering():
             if sensor.type in kinds:
@@ -110,15 +127,18 @@ class Peer:
         solver.setDynamicsRegularizationPriorCovariance(
             self._diagonal(np.full(helper.getNrOfDynamicVariables(), covariances.prior))
         )
-        solver.setDynamicsConstraintsPriorCovariance(
-            self._diagonal(np.full(helper.getNrOfDynamicEquations(), covariances.model))
-        )
+        if helper.getNrOfDynamicEquations():
+            solver.setDynamicsConstraintsPriorCovariance(
+                self._diagonal(np.full(helper.getNrOfDynamicEquations(), covariances.model))
+            )
         noise = np.full(helper.getNrOfSensorsMeasurements(), covariances.untouched)
         for kind, name, start in self.order:
             if kind == ACCELEROMETER:
                 noise[start : start + 3] = covariances.accelerometer
             elif kind == JOINT_ACCELERATION:
                 noise[start] = covariances.joint
+            elif kind == MOMENTUM:
+                noise[start : start + 6] = covariances.momentum
             elif name in covariances.wrench:
                 noise[start : start + 6] = covariances.wrench[name]
         solver.setMeasurementsPriorCovariance(self._diagonal(noise))

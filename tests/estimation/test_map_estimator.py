@@ -252,7 +252,7 @@ def test_step_one_solves_the_papers_problem(tree, scene, diagonal_at):
     found, spread = external_wrenches(
         tree, kinematics, Px, fbar, rate, 0.3, diagonal_at=diagonal_at
     )
-    X = transforms_from_base(tree, kinematics)
+    X = transforms_from_base(kinematics)
     carry = np.eye(6)
     if diagonal_at == "com":
         centers = [
@@ -285,7 +285,7 @@ def test_all_external_wrenches_together_are_the_rate_of_change_of_momentum(tree,
     found = run(tree, scene, method="deterministic")
     kinematics = tree_kinematics(tree, scene.q, scene.v)
     rate = momentum_rate(tree, kinematics, found.link_acceleration.swapaxes(0, 1))
-    X = transforms_from_base(tree, kinematics)
+    X = transforms_from_base(kinematics)
     wrench = found.external_wrench.copy()
     wrench[:, found.link("RightHandCOM"), :3] = scene.load
     total = np.einsum("kfji,fkj->fi", X, wrench)
