@@ -208,6 +208,11 @@ def _header(data: bytes, name: str | Path) -> dict[str, Any]:
 
 
 def _assemble(header: Mapping[str, Any], tensors: Mapping[str, Array]) -> OperatorModel:
+    if header["units"] != _UNITS:
+        raise ValueError(f"units {header['units']!r}, expected {_UNITS!r}")
+    for field in ("metrics", "training"):
+        if not isinstance(header[field], dict):
+            raise ValueError(f"{field} is {header[field]!r}, expected an object")
     names = tuple(str(n) for n in header["joint_names"])
     kept = tensors["reduction/kept"].astype(np.int64)
     expansion = tensors["reduction/expansion"]

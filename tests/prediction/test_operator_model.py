@@ -206,6 +206,9 @@ HOSTILE = {
         "os.system",
     ),
     "chosen method missing": (lambda d: rewritten(d, set_key("method", "x")), "chosen"),
+    "other units": (lambda d: rewritten(d, set_key("units", {"angle": "deg"})), "units"),
+    "metrics of another shape": (lambda d: rewritten(d, set_key("metrics", None)), "metrics"),
+    "training of another shape": (lambda d: rewritten(d, set_key("training", [1])), "training"),
     "no joints": (lambda d: rewritten(d, drop("joint_names")), "joint_names"),
     "joint missing": (lambda d: rewritten(d, set_key("joint_names", ["a"])), "shape"),
     "nan": (
