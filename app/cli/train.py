@@ -153,14 +153,14 @@ def _print(trained: "Trained", out: Path) -> None:
         title="On the last 30 %, trained on the first 70 %", title_justify="left", box=None
     )
     columns = {
-        "log-likelihood [nats]": "log_likelihood",
-        "rate RMSE [rad/s]": "rmse_rad_s",
-        "coverage 90 %": "coverage90_one_step",
+        "log-lik. [nats]": "log_likelihood",
+        "RMSE [rad/s]": "rmse_rad_s",
+        "cover 90 %": "coverage90_one_step",
         "roll-out RMSE [deg]": "rollout_rmse_deg",
         "hand error [m]": "rollout_hand_mean_m",
-        "roll-out coverage 90 %": "coverage90_rollout",
+        "roll-out cover 90 %": "coverage90_rollout",
     }
-    table.add_column("method")
+    table.add_column("method", no_wrap=True)
     for title in columns:
         table.add_column(title, justify="right")
     for score in trained.scores:
@@ -168,6 +168,11 @@ def _print(trained: "Trained", out: Path) -> None:
         table.add_row(score.method, *(show(values[key]) for key in columns.values()))
     page = console()
     page.print(table)
+    noise = trained.operator.metrics["sigma_x"]
+    page.print(
+        f"Log-likelihood of joint rates, for a hand velocity noise of {noise['linear_m_s']:g} m/s "
+        f"and {noise['angular_rad_s']:g} rad/s; RMSE one step ahead; roll-outs of 2 s at most."
+    )
     for note in trained.notes:
         page.print(f"Note: {note}")
     page.print(f"Wrote {out}: uses {trained.operator.method} ({trained.chosen_by}).")

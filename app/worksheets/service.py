@@ -29,7 +29,7 @@ def score_worksheet(
         result = score_document(method, document).to_dict()
     except WorksheetError as error:
         where = pointer(*place) + error.pointer
-        fault = Fault(where, error.expected, shorten(error.got), f"expected {error.expected}")
+        fault = Fault(where, error.expected, shorten(error.got), "not what the sheet takes")
         raise InvalidRequest(
             f"The worksheet cannot be scored at {where or '/'}.", [fault]
         ) from error

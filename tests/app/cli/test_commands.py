@@ -81,6 +81,14 @@ def test_one_worksheet_or_a_list_of_them(
     assert json.loads(capsys.readouterr().out)["final"] == 3
 
 
+def test_a_file_of_worked_cases_gives_those_of_the_method(tmp_path: Path, capsys: Capture) -> None:
+    cases = [{"id": "a", "method": "rula", **SHEET}, {"id": "b", "method": "reba", "input": {}}]
+    file = tmp_path / "cases.json"
+    write_json(file, {"schema_version": 1, "cases": cases})
+    assert run("worksheet", "rula", file) == 0
+    assert [one["id"] for one in json.loads(capsys.readouterr().out)] == ["a"]
+
+
 def test_a_bad_worksheet_is_named_by_its_place(tmp_path: Path, capsys: Capture) -> None:
     file = tmp_path / "sheets.json"
     write_json(file, [SHEET, {"input": {**SHEET["input"], "neck": {"flexion_deg": "x"}}}])
