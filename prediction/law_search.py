@@ -161,9 +161,8 @@ def search_law(
     used = 0
     for turn in range(ROUNDS):
         check_stop(should_stop)
-        before = search.score
         budget = options.max_evaluations - used
-        search = _search_weights(
+        found = _search_weights(
             likelihood,
             targets,
             theta,
@@ -175,13 +174,16 @@ def search_law(
             progress=progress,
             should_stop=should_stop,
         )
-        used += search.evaluations
-        y = targets.one(search.log_weights)
-        theta = likelihood.optimise(theta, y, 40)
-        search = replace(search, score=likelihood.log_likelihood(theta, y))
+        used += found.evaluations
+        y = targets.one(found.log_weights)
+        kernel = likelihood.optimise(theta, y, 40)
+        found = replace(found, score=likelihood.log_likelihood(kernel, y))
         if progress is not None:
-            progress("fitting the kernel", (turn + 1) / ROUNDS, search.score)
-        if search.score - before < ROUND_TOLERANCE or used >= options.max_evaluations:
+            progress("fitting the kernel", (turn + 1) / ROUNDS, found.score)
+        gain = found.score - search.score
+        if gain > 0.0:  # a random search with few candidates may end below where it began
+            search, theta = found, kernel
+        if gain < ROUND_TOLERANCE or used >= options.max_evaluations:
             break
     return Law(
         basis,

@@ -225,6 +225,19 @@ def test_automatic_weights_are_those_the_criterion_prefers(split):
     assert laws["auto"].score == pytest.approx(best, abs=1e-12)
 
 
+def test_search_ends_with_the_best_law_it_has_seen(split):
+    for seed in (2, 4):
+        told = []
+        model = MiNsGp.fit(
+            split[1].take(slice(0, 80)),
+            np.random.default_rng(seed),
+            max_evaluations=120,
+            progress=lambda what, _, score, told=told: told.append((what, score)),
+        )
+        reached = [score for what, score in told if what == "fitting the kernel"]
+        assert model.law.score == max(reached)
+
+
 def test_held_out_criterion_finds_the_weights_and_fades_far_away(split):
     raw, train, test = split
     model = MiNsGp.fit(
