@@ -46,6 +46,21 @@ class Kernel(StrEnum):
     PAPER = "paper"
 
 
+class Criterion(StrEnum):
+    """What the weights and the kernel are searched by."""
+
+    HELD_OUT = "held-out"
+    MARGINAL = "marginal"
+
+
+class Weights(StrEnum):
+    """Forms of the weight matrix."""
+
+    AUTO = "auto"
+    CORRELATED = "correlated"
+    DIAGONAL = "diagonal"
+
+
 class Hand(StrEnum):
     """The led hand."""
 
@@ -99,6 +114,16 @@ def train(
     kernel: Annotated[Kernel, typer.Option(help="paper: one length-scale for all.")] = (
         Kernel.SEPARATE
     ),
+    criterion: Annotated[
+        Criterion | None,
+        typer.Option(
+            help="held-out unless given, for motion whose samples repeat their neighbours; the "
+            "paper's is marginal (likelihood), the one gpytorch knows."
+        ),
+    ] = None,
+    weights: Annotated[
+        Weights, typer.Option(help="diagonal as in the paper; auto takes what scores better.")
+    ] = Weights.AUTO,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 0,
     accept: Annotated[
         list[str] | None, typer.Option(help="Go on in spite of this finding (may be repeated).")
@@ -119,6 +144,8 @@ def train(
         kernel=kernel.value,
         optimizer=optimizer.value,
         engine=engine.value,
+        criterion=None if criterion is None else criterion.value,
+        weights=weights.value,
     )
     with progress_bar(as_json) as bar:
         task = bar.add_task("reading", total=1.0)

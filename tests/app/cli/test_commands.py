@@ -10,6 +10,7 @@ import pytest
 
 from app.cli import main
 from app.files import write_json
+from prediction import load_model
 from tests.app.conftest import Scene
 
 Capture = pytest.CaptureFixture[str]
@@ -149,7 +150,10 @@ def test_train_writes_a_model_that_assesses(
 ) -> None:
     out = tmp_path / "mine.safetensors"
     person = ["--height", 1.72, "--mass", 68, "--sex", "female"]
-    assert run("train", bvh, *person, "--out", out, "--method", "cov-ik", "--json") == 0
+    paper = ["--criterion", "marginal", "--weights", "diagonal", "--kernel", "paper"]
+    assert run("train", bvh, *person, "--out", out, "--method", "cov-ik", *paper, "--json") == 0
+    options = load_model(out).training["options"]
+    assert [options[name[2:]] for name in paper[::2]] == paper[1::2]
     told = json.loads(capsys.readouterr().out)
     assert told["method"] == "cov-ik"
     scores = {one["method"]: one for one in told["metrics"]["scores"]}
