@@ -138,6 +138,15 @@ def _assumptions(
                 effect="wrist angles shift with the grasp",
             )
         )
+    if request.payload_kg is None and any(request.hand_force_n):
+        found.append(
+            Assumption(
+                what="payload",
+                value="none beside hand_force_n",
+                range="0 to more than 10 kg",
+                effect="points for the load, and every effort; not worked out",
+            )
+        )
     if request.foot_split is None:
         found.append(
             Assumption(

@@ -57,18 +57,26 @@ def hand_load(request: AssessmentRequest, operator: Operator) -> HandLoad:
     """Returns what acts on the person at the hand."""
     return HandLoad(
         operator.tip,
-        request.payload_kg * request.payload_share,
+        borne_kg(request),
         np.array(request.hand_force_n, dtype=float),
     )
 
 
-def scored_load_kg(request: AssessmentRequest) -> float:
+def borne_kg(request: AssessmentRequest) -> float:
+    """Returns the mass that the person bears, zero if it is not known."""
+    return (request.payload_kg or 0.0) * request.payload_share
+
+
+def scored_load_kg(request: AssessmentRequest) -> float | None:
     """Returns the load that RULA and REBA count: weight borne and further force, in kg.
 
-    The force's size counts whatever its direction: the tables know loads, not directions.
+    The force's size counts whatever its direction: the tables know loads, not directions. None if
+    nothing was said of either.
     """
     force = np.array(request.hand_force_n, dtype=float)
-    weight = np.array([0.0, 0.0, -9.81 * request.payload_kg * request.payload_share])
+    if request.payload_kg is None and not force.any():
+        return None
+    weight = np.array([0.0, 0.0, -9.81 * borne_kg(request)])
     return float(np.linalg.norm(weight + force) / 9.81)
 
 

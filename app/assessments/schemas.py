@@ -179,7 +179,10 @@ class AssessmentRequest(_Strict):
     grasp: Annotated[
         Grasp | None, BeforeValidator(_explicit_grasp), WithJsonSchema(_GRASP_SCHEMA)
     ] = None
-    payload_kg: float = Field(strict=True, default=0.0, ge=0.0, le=200.0, allow_inf_nan=False)
+    #: None: not known. No load is then assumed, and that is said.
+    payload_kg: float | None = Field(
+        strict=True, default=None, ge=0.0, le=200.0, allow_inf_nan=False
+    )
     #: What the person bears of the payload; the robot bears the rest.
     payload_share: float = Field(strict=True, default=1.0, ge=0.0, le=1.0, allow_inf_nan=False)
     #: Further force of the robot on the person's hand, world axes, N.

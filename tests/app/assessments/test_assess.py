@@ -197,6 +197,24 @@ def test_assumptions_are_named_with_the_range_they_open(answer: dict[str, Any]) 
     assert "RULA mean" in assumed["what the legs stand on"]["effect"]
 
 
+def test_a_payload_that_was_not_given_is_named_with_what_it_may_change(
+    scene: Scene, opened: Operator
+) -> None:
+    unsaid = {k: v for k, v in scene.request("m").items() if k != "payload_kg"}
+    unsaid["candidates"] = scene.candidates()[:1]
+
+    def named(request: dict[str, Any]) -> dict[str, Any]:
+        one = assess(AssessmentRequest(**request), opened).result["candidates"][0]
+        return {taken["what"]: taken for taken in one["assumed"]}
+
+    load = named(unsaid)["load in the hand"]
+    assert load["value"] == "none"
+    low, high = (float(x) for x in load["effect"].split(";")[0].split("mean ")[1].split(" to "))
+    assert high >= low + 1.0
+    assert "payload" in named({**unsaid, "hand_force_n": [0.0, 0.0, -20.0]})
+    assert not {"load in the hand", "payload"} & set(named({**unsaid, "payload_kg": 0.0}))
+
+
 def test_coarse_times_are_resampled_and_said(scene: Scene, opened: Operator) -> None:
     sparse = scene.candidates()[0]
     keep = [0, 4, 9, 14]
