@@ -24,7 +24,7 @@ def gather(files: list[str], context: str | None) -> dict[str, Any]:
     """
     request: dict[str, Any] = {} if context is None else _object(read_json_file(context), context)
     origin = context
-    candidates: list[Any] = list(request.pop("candidates", []))
+    candidates = _candidates(request.pop("candidates", []), str(context))
     for name in files:
         value = read_json_file(name)
         if isinstance(value, list):
@@ -37,7 +37,7 @@ def gather(files: list[str], context: str | None) -> dict[str, Any]:
                 )
             origin = name
             request = dict(value)
-            candidates += request.pop("candidates")
+            candidates += _candidates(request.pop("candidates"), name)
         else:
             candidates.append(_object(value, name))
     if origin is None:
@@ -54,6 +54,15 @@ def _object(value: Any, name: str) -> dict[str, Any]:
     raise InvalidRequest(
         f"{name} holds no trajectory.",
         [Fault(pointer(), "a request, a candidate, or a list of candidates", shorten(value), name)],
+    )
+
+
+def _candidates(value: Any, name: str) -> list[Any]:
+    if isinstance(value, list):
+        return list(value)
+    raise InvalidRequest(
+        f"{name} holds no candidates.",
+        [Fault(pointer("candidates"), "a list of candidates", shorten(value), name)],
     )
 
 
@@ -124,7 +133,7 @@ def _print_ranking(result: dict[str, Any]) -> None:
     out.print(table)
     for one in result["candidates"]:
         if one["problem"] is not None:
-            out.print(f"[bold]{one['id']}[/bold] not assessed: {one['problem']['detail']}")
+            out.print(f"{one['id']} not assessed: {one['problem']['detail']}")
         elif one["out_of_distribution"]["flag"]:
             out.print(f"{one['id']}: the model has seen few such postures; read it with care.")
     assumed = {entry["what"]: entry for c in ranked for entry in c["assumed"]}

@@ -27,12 +27,14 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
 
 def console() -> Console:
     """Returns the console for results; made anew so that a captured stdout is honoured."""
-    return Console(highlight=False)
+    # No markup: names from files are shown as they are, also with brackets in them.
+    return Console(highlight=False, markup=False)
 
 
 def print_json(value: Any) -> None:
     """Prints a value as JSON."""
-    typer.echo(json.dumps(value, ensure_ascii=False, allow_nan=False, indent=2))
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=2)
+    typer.echo(text.encode(errors="backslashreplace").decode())
 
 
 def explain(error: Exception, as_json: bool) -> str | None:
@@ -60,15 +62,26 @@ def read_json_file(name: str) -> Any:
     """Reads JSON from a file, or from standard input for ``-``.
 
     Raises:
-        Unreadable: It is not JSON; the message names the line.
+        Unreadable: It is not JSON; the message names the line where it can be told.
     """
-    text = typer.get_text_stream("stdin").read() if name == "-" else Path(name).read_text("utf-8")
     try:
+        text = (
+            typer.get_text_stream("stdin", encoding="utf-8").read()
+            if name == "-"
+            else Path(name).read_text("utf-8")
+        )
         return json.loads(text)
     except json.JSONDecodeError as error:
         raise Unreadable(
             f"{name}, line {error.lineno}, column {error.colno}: expected JSON, {error.msg}."
         ) from error
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise Unreadable(f"{name}, line {line}: expected JSON in UTF-8, {error.reason}.") from error
+    except RecursionError as error:
+        raise Unreadable(f"{name}: expected JSON, got brackets nested too deeply.") from error
+    except ValueError as error:
+        raise Unreadable(f"{name}: expected JSON, got a number of too many digits.") from error
 
 
 def facts(title: str, values: Mapping[str, Any]) -> Table:

@@ -4,10 +4,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from pydantic import ValidationError
 
 from app.cli.output import Json, console, facts, print_json, progress_bar
 from app.cli.train import Sex, motion_files
 from app.files import write_json
+from app.problems import InvalidRequest, faults_of_validation
 
 
 def score(
@@ -30,14 +32,18 @@ def score(
     from app.scores.schemas import ScoreRequest
     from app.scores.service import score_recording
 
-    request = ScoreRequest(
-        recording_id="file",
-        height_m=height,
-        mass_kg=mass,
-        sex=sex.value,
-        hand_load_kg=load,
-        accept=accept or [],
-    )
+    try:
+        request = ScoreRequest(
+            recording_id="file",
+            height_m=height,
+            mass_kg=mass,
+            sex=sex.value,
+            hand_load_kg=load,
+            accept=accept or [],
+        )
+    except ValidationError as error:
+        faults = faults_of_validation(error.errors())
+        raise InvalidRequest("The person or the load cannot be.", faults) from error
     results: dict[Path, dict[str, Any]] = {}
     paths = motion_files(files)
     with progress_bar(as_json) as bar:

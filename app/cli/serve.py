@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
 from app.cli.output import Json, print_json
 from app.problems import ConfigurationError
@@ -17,8 +18,17 @@ Data = Annotated[
 
 
 def settings_for(data: Path | None) -> Settings:
-    """Returns the settings of the environment, with the data folder given on the command line."""
-    return Settings() if data is None else Settings(data=data)
+    """Returns the settings of the environment, with the data folder given on the command line.
+
+    Raises:
+        ConfigurationError: A variable of the environment holds what it cannot.
+    """
+    try:
+        return Settings() if data is None else Settings(data=data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = "ERGOCAST_" + "_".join(str(part) for part in first["loc"]).upper()
+        raise ConfigurationError(f"{name}={first['input']}: {first['msg']}.") from error
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -56,9 +66,12 @@ def serve(
     import uvicorn
 
     from app.main import create_app
+    from app.service import ErgocastService
 
     settings = settings_for(data)
     check_bind(host, settings)
+    # Here, where an error is one line: inside the server it would be a traceback.
+    ErgocastService(settings).prepare()
     server = listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     url = f"http://{shown}:{server.getsockname()[1]}"

@@ -98,6 +98,74 @@ def test_a_bad_worksheet_is_named_by_its_place(tmp_path: Path, capsys: Capture) 
     assert "line 1, column 12" in failed(capsys, "worksheet", "rula", file)
 
 
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"{\n", "line 2"),
+        (b"[" * 100_000, "nested too deeply"),
+        (b"[\n1,\xff]", "line 2"),
+        (b"9" * 5000, "too many digits"),
+    ],
+)
+def test_what_is_no_json_is_named_by_its_place(
+    tmp_path: Path, scene: Scene, capsys: Capture, content: bytes, words: str
+) -> None:
+    file = tmp_path / "sent.json"
+    file.write_bytes(content)
+    assert words in failed(capsys, "worksheet", "rula", file)
+    said = failed(capsys, "assess", "--model", scene.file, file)
+    assert "sent.json" in said and words in said
+
+
+@pytest.mark.parametrize("candidates", [None, 5, "abc", {"id": "a"}])
+def test_candidates_that_are_no_list_are_refused(
+    tmp_path: Path, scene: Scene, capsys: Capture, candidates: Any
+) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({**scene.request("x"), "candidates": candidates}))
+    assert "/candidates" in failed(capsys, "assess", "--model", scene.file, file)
+    only = tmp_path / "one.json"
+    only.write_text("[]")
+    said = failed(capsys, "assess", "--model", scene.file, "--context", file, only)
+    assert "/candidates" in said
+
+
+def test_a_name_with_brackets_is_shown_as_it_is(
+    tmp_path: Path, scene: Scene, capsys: Capture
+) -> None:
+    good = {**scene.candidates()[0], "id": "[/red]"}
+    bad = {**scene.candidates()[1], "id": "[/bold]", "frame_id": "moon"}
+    file = tmp_path / "request.json"
+    write_json(file, scene.request("x", candidates=[good, bad]))
+    assert run("assess", "--model", scene.file, file) == 0
+    shown = capsys.readouterr().out
+    assert "[/red]" in shown and "[/bold] not assessed" in shown
+
+
+@pytest.mark.parametrize(
+    ("options", "place"),
+    [
+        (("--height", 17), "/height_m"),
+        (("--mass", "nan"), "/mass_kg"),
+        (("--load", -1), "_load_kg"),
+    ],
+)
+def test_score_refuses_what_no_person_is(
+    bvh: Path, capsys: Capture, options: tuple[object, ...], place: str
+) -> None:
+    assert place in failed(capsys, "score", bvh, *options)
+
+
+def test_serve_says_in_a_line_what_keeps_it_from_starting(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "a-file"
+    file.write_text("no folder")
+    assert "--data" in failed(capsys, "serve", "--port", 0, "--data", file / "below")
+    monkeypatch.setenv("ERGOCAST_WORKERS", "many")
+    assert "ERGOCAST_WORKERS=many" in failed(capsys, "serve", "--port", 0)
+
+
 def test_assess_ranks_candidates_in_one_file_or_many(
     tmp_path: Path, scene: Scene, capsys: Capture
 ) -> None:
