@@ -139,7 +139,7 @@ def search_law(
                     demonstrations,
                     rng,
                     replace(options, weights=kind),
-                    progress=_share_of(progress, number / 2),
+                    progress=_scaled(progress, number / 2, 0.5),
                     should_stop=should_stop,
                 )
             )
@@ -161,7 +161,8 @@ def search_law(
     used = 0
     for turn in range(ROUNDS):
         check_stop(should_stop)
-        budget = options.max_evaluations - used
+        budget = max((options.max_evaluations - used) // 2, 20)
+        done, share = used / options.max_evaluations, budget / options.max_evaluations
         found = _search_weights(
             likelihood,
             targets,
@@ -169,9 +170,9 @@ def search_law(
             search.log_weights,
             options.optimizer,
             rng,
-            max(budget // 2, 20),
+            budget,
             first=turn == 0,
-            progress=progress,
+            progress=_scaled(progress, done, share),
             should_stop=should_stop,
         )
         used += found.evaluations
@@ -179,7 +180,7 @@ def search_law(
         kernel = likelihood.optimise(theta, y, 40)
         found = replace(found, score=likelihood.log_likelihood(kernel, y))
         if progress is not None:
-            progress("fitting the kernel", (turn + 1) / ROUNDS, found.score)
+            progress("fitting the kernel", min(used / options.max_evaluations, 1.0), found.score)
         gain = found.score - search.score
         if gain > 0.0:  # a random search with few candidates may end below where it began
             search, theta = found, kernel
@@ -197,13 +198,13 @@ def search_law(
     )
 
 
-def _share_of(progress: Progress | None, start: float) -> Progress | None:
-    """Returns progress that fills one half of the whole, from ``start``."""
+def _scaled(progress: Progress | None, start: float, share: float) -> Progress | None:
+    """Returns progress that fills a share of the whole, from ``start``."""
     if progress is None:
         return None
 
     def tell(what: str, done: float, likelihood: float) -> None:
-        progress(what, start + 0.5 * done, likelihood)
+        progress(what, min(start + share * done, 1.0), likelihood)
 
     return tell
 

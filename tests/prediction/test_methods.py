@@ -173,6 +173,8 @@ def test_bipop_reaches_what_the_gradient_reaches(split, fitted):
     )
     assert bipop.law.score == pytest.approx(fitted["mi-nsgp"].law.score, abs=5e-3)
     assert told and np.isfinite([t[2] for t in told]).all()
+    shares = [t[1] for t in told]
+    assert shares == sorted(shares) and shares[-1] <= 1.0
 
 
 def test_gpytorch_engine_trains_the_same_model(split):
