@@ -64,13 +64,13 @@ async def follow_operation(
     async def stream() -> AsyncIterator[str]:
         seen, quiet = last_event_id, 0.0
         while True:
-            ended = False
+            # Asked before the events are read: its last event is there by then, and is not missed.
+            ended = service.operations.get(operation_id).state in FINAL
             for number, event in service.operations.files.events(operation_id, seen):
                 seen, quiet = number, 0.0
-                ended = event["state"] in FINAL
                 data = Operation.model_validate(event).model_dump_json()
                 yield f"id: {number}\nevent: {event['state']}\ndata: {data}\n\n"
-            if ended or (quiet == 0.0 and service.operations.get(operation_id).state in FINAL):
+            if ended:
                 return
             await asyncio.sleep(_POLL_S)
             quiet += _POLL_S
