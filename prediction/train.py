@@ -87,7 +87,9 @@ def demonstrations_from_motion(
 ) -> Demonstrations:
     """Takes the chain's joints out of a motion of the same model.
 
-    The pelvis may move: the chain is seen from it, so hand velocities are relative to it.
+    The pelvis may move: the chain is seen from it, so hand velocities are relative to it. Frames
+    flagged ``weak_derivative`` are left out: their velocities are not measured (a lone frame
+    between gaps has zeros), and a person at rest is not what was seen.
 
     Args:
         chain: The chain.
@@ -110,13 +112,20 @@ def demonstrations_from_motion(
         raise DemonstrationError("the motion has fewer than two frames")
     typical = float(np.median(np.diff(motion.time_s)))
     stride = max(1, int(np.floor(1.0 / (rate_hz * typical) + 1e-6)))
-    ids = np.full(len(motion.time_s), trajectory_id, dtype=np.int64)
+    frames = np.arange(0, len(motion.time_s), stride)
+    weak = motion.flags.get("weak_derivative")
+    if weak is not None:
+        frames = frames[~weak[frames]]
+        if len(frames) == 0:
+            raise DemonstrationError(
+                "no stretch of the motion is long enough between its gaps to tell velocities"
+            )
     return demonstrations_from_samples(
         chain,
-        motion.joint_angles[::stride][:, columns],
-        motion.joint_rates[::stride][:, columns],
-        motion.time_s[::stride],
-        ids[::stride],
+        motion.joint_angles[frames][:, columns],
+        motion.joint_rates[frames][:, columns],
+        motion.time_s[frames],
+        np.full(len(frames), trajectory_id, dtype=np.int64),
     )
 
 

@@ -3,9 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from human import Chain, Subject, generate_model, motion_from_configurations
 from prediction import (
     DemonstrationError,
     Demonstrations,
+    demonstrations_from_motion,
     demonstrations_from_samples,
     find_reduction,
     join,
@@ -141,3 +143,20 @@ def test_joined_takes_stay_apart(planar):
     assert len(np.unique(both.trajectory_id)) == 2 * len(np.unique(planar[1].trajectory_id))
     with pytest.raises(DemonstrationError, match="at least one"):
         join([])
+
+
+def test_frames_whose_velocity_was_not_measured_teach_nothing():
+    model = generate_model(Subject(1.75, 75.0, "male"))
+    time = np.concatenate([np.arange(40) * 0.02, [3.0], 6.0 + np.arange(40) * 0.02])
+    q = np.tile(model.neutral(), (len(time), 1))
+    moving = 7 + model.dof_names.index("jRightElbow_rotz")
+    q[:, moving] = 0.5 * time
+    motion = motion_from_configurations(model.dof_names, time, q)
+    assert motion.v[40, moving - 1] == 0.0  # a lone frame: nothing to differentiate
+    found = demonstrations_from_motion(Chain(model), motion)
+    assert 3.0 not in found.time_s and len(found) == 80
+    column = found.joint_names.index("jRightElbow_rotz")
+    np.testing.assert_allclose(found.qdot[:, column], 0.5, atol=1e-9)
+    alone = motion_from_configurations(model.dof_names, np.array([0.0, 1.0, 9.0]), q[:3])
+    with pytest.raises(DemonstrationError, match="gaps"):
+        demonstrations_from_motion(Chain(model), alone)
