@@ -300,4 +300,4 @@ def _load_note(
         return {name: f"{int(points)}: load not known, none assumed"}
     if kg.ndim:
         return {}
-    return {name: f"{int(points)}: {float(kg):g} kg, {task.force_mode}"}
+    return {name: f"{int(points)}: {round(float(kg), 2):g} kg, {task.force_mode}"}

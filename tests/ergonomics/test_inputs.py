@@ -132,6 +132,11 @@ def test_load_becomes_points(kg, mode, profile, rula, reba):
     assert reba_inputs(angles, side="right", task=task).load == reba
 
 
+def test_a_worked_out_load_is_told_in_the_digits_a_person_reads():
+    inputs = rula_inputs(_angles({}), side="right", task=replace(_KNOWN, load_kg=3.2441936))
+    assert explain_rula(inputs, (0,)).reasons["force_a"] == "1: 3.24 kg, intermittent"
+
+
 def test_load_may_change_over_time_and_differ_between_hand_and_body():
     task = replace(_KNOWN, load_kg=np.array([0.0, 4.0]), total_load_kg=np.array([0.0, 11.0]))
     inputs = rula_inputs(_angles({}, {}), side="right", task=task)
