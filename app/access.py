@@ -42,10 +42,10 @@ class Access:
     def _refusal(self, path: str, headers: Headers) -> Problem | None:
         host = headers.get("host", "")
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and _address(origin)[0] != host:
             return Forbidden(f"A page of {origin} may not use this service.")
         if not self._digests:
-            name = urlsplit(f"//{host}").hostname or ""
+            _, name = _address(f"//{host}")
             if not is_loopback(name):
                 return Forbidden(
                     f"This service is for its own machine; {name!r} is not a name of it. "
@@ -63,3 +63,12 @@ class Access:
             "Send the header 'Authorization: Bearer KEY' with a key this service knows.",
             headers={"WWW-Authenticate": "Bearer"},
         )
+
+
+def _address(url: str) -> tuple[str, str]:
+    """Returns the host with its port, and without; nothing where there is none to be read."""
+    try:
+        parts = urlsplit(url)
+        return parts.netloc, parts.hostname or ""
+    except ValueError:
+        return "", ""

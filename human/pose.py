@@ -54,11 +54,11 @@ class RecordingRefusedError(RecordingError):
     def __init__(self, source: str, findings: tuple[Finding, ...]) -> None:
         """Lists the findings and how to go on in spite of them."""
         self.findings = findings
-        codes = ", ".join(repr(finding.code) for finding in findings)
+        codes = ", ".join(dict.fromkeys(finding.code for finding in findings))
         listed = " ".join(f"[{f.code}, {f.place}] {f.message}" for f in findings)
         super().__init__(
             f"{source}: expected the recording of a body, got: {listed} "
-            f"To fit it all the same, pass accept=({codes},)."
+            f"To fit it all the same, accept by name: {codes}."
         )
 
 

@@ -33,6 +33,8 @@ def test_without_keys_this_machine_needs_none(host: str) -> None:
     "headers",
     [
         {"Host": "evil.example"},
+        {"Host": "["},
+        {"Origin": "http://["},
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
         {"Origin": "http://127.0.0.1:9999"},
