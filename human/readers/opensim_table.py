@@ -1,0 +1,178 @@
+"""Tables of the MOT and STO kind (OpenSim), and the force plates that such a table can hold.
+
+A header of ``name=value`` lines down to ``endheader``, one line of column names, then numbers.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from human.marker_recording import ForcePlate, PlateForces
+from human.readers.checks import checked_times, errors_first, find_gaps
+from human.readers.errors import (
+    MalformedRecordingError,
+    TruncatedRecordingError,
+    UnsafeRecordingError,
+)
+from human.readers.marker_axes import up_axis, z_up
+from human.recording import Finding, ReadingReport
+
+Array = NDArray[np.float64]
+
+_LARGEST_BYTES = 1 << 30
+_MOST_HEADER_LINES = 500
+#: ground_force_1_vx, 1_ground_force_px, ground_torque_1_x, ground_force_l_mz, ground_moment_r_my
+_PLATE_COLUMN = re.compile(
+    r"^(?P<before>.*?)_?ground_(?P<kind>force|torque|moment)_?(?P<after>.*?)_?"
+    r"(?P<quantity>[vpm]?)(?P<axis>[xyz])$"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSimTable:
+    """A table as it stands in the file.
+
+    Attributes:
+        source: file name, without its folder.
+        header: the ``name=value`` lines, names in lower case.
+        in_degrees: whether rotations are in degrees; None where the header does not say.
+        columns: names, time left out.
+        time_s: ``(rows,)`` strictly increasing.
+        values: ``(rows, columns)`` in the file's units; may hold NaN.
+    """
+
+    source: str
+    header: dict[str, str]
+    in_degrees: bool | None
+    columns: tuple[str, ...]
+    time_s: Array
+    values: Array
+
+
+def read_opensim_table(path: Path) -> OpenSimTable:
+    """Reads a MOT or STO file.
+
+    Raises:
+        RecordingFileError: the header does not end, columns do not fit, or times do not increase.
+    """
+    if path.stat().st_size > _LARGEST_BYTES:
+        raise UnsafeRecordingError(
+            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
+        )
+    lines = path.read_text("utf-8", "replace").splitlines()
+    head = [line.strip().lower() for line in lines[:_MOST_HEADER_LINES]]
+    if "endheader" not in head:
+        raise TruncatedRecordingError(path.name, "a header that ends in endheader", "none")
+    end = head.index("endheader")
+    pairs = (line.split("=", 1) for line in lines[:end] if "=" in line)
+    header = {name.strip().lower(): value.strip() for name, value in pairs}
+    body = [(k, line) for k, line in enumerate(lines[end + 1 :], end + 2) if line.strip()]
+    if len(body) < 2:
+        raise TruncatedRecordingError(path.name, "column names and rows", f"{len(body)} lines")
+    columns = body[0][1].split()
+    double = sorted({name for name in columns if columns.count(name) > 1})
+    if columns[0].lower() != "time" or double:
+        raise MalformedRecordingError(
+            f"line {body[0][0]}", "time and then each column once",
+            f"{columns[0]!r} first" + (f", {', '.join(double)} more than once" if double else ""),
+        )  # fmt: skip
+    numbers = np.array([_row(line, k, len(columns)) for k, line in body[1:]])
+    stated = header.get("nrows", header.get("datarows", ""))
+    if stated.isdigit() and len(numbers) < int(stated):
+        raise TruncatedRecordingError(path.name, f"{stated} rows as stated", f"{len(numbers)}")
+    if not np.all(np.isfinite(numbers[:, 0])):
+        raise MalformedRecordingError("column time", "finite times", "others")
+    degrees = header.get("indegrees", "").lower()
+    return OpenSimTable(
+        source=path.name, header=header,
+        in_degrees={"yes": True, "no": False}.get(degrees),
+        columns=tuple(columns[1:]), time_s=checked_times(numbers[:, 0], "column time"),
+        values=numbers[:, 1:],
+    )  # fmt: skip
+
+
+def _row(line: str, number: int, width: int) -> list[float]:
+    cells = line.split()
+    if len(cells) != width:
+        raise MalformedRecordingError(f"line {number}", f"{width} columns", f"{len(cells)}")
+    try:
+        return [float(cell) for cell in cells]
+    except ValueError as problem:
+        raise MalformedRecordingError(f"line {number}", "numbers", repr(line[:40])) from problem
+
+
+def plate_forces(table: OpenSimTable, *, up: str = "y") -> PlateForces:
+    """Returns the force plates of a table: force (N), its point (m) and torque (N m) per plate.
+
+    The torque of such a table acts at the point; moments here are about the world's origin.
+
+    Args:
+        table: as read.
+        up: vertical axis of the file; y is OpenSim's.
+
+    Raises:
+        RecordingFileError: no plate, a column of one is missing, or a force is not a number.
+    """
+    axes = z_up(up_axis(up, "argument up"))
+    found: dict[str, dict[str, Array]] = {}
+    for name, values in zip(table.columns, table.values.T, strict=True):
+        match = _PLATE_COLUMN.match(name.lower())
+        if match is None:
+            continue
+        quantity = match["quantity"] or "m"
+        if match["kind"] != "force":
+            quantity = "m"
+        plate = match["before"] + match["after"]
+        found.setdefault(plate, {})[quantity + match["axis"]] = values
+    if not found:
+        raise MalformedRecordingError(
+            table.source, "columns such as ground_force_1_vx", f"{', '.join(table.columns[:4])} …"
+        )
+    plates, forces, moments = [], [], []
+    findings: list[Finding] = []
+    for number, (key, columns) in enumerate(found.items(), 1):
+        name = key or str(number)
+        force = _vectors(columns, "v", name, table.source)
+        point = _vectors(columns, "p", name, table.source)
+        torque = _vectors(columns, "m", name, table.source)
+        idle = ~np.any(force != 0.0, axis=-1)
+        # Programs write NaN for the point where nothing presses; there the point does not matter.
+        point, torque = np.where(idle[:, None], 0.0, point), np.where(idle[:, None], 0.0, torque)
+        for what, array in (("force", force), ("point", point), ("torque", torque)):
+            if not np.all(np.isfinite(array)):
+                row = int(np.argmax(~np.all(np.isfinite(array), axis=-1)))
+                raise MalformedRecordingError(
+                    f"{table.source}, plate {name}, row {row}", f"a finite {what}", "another"
+                )
+        force, point, torque = force @ axes.T, point @ axes.T, torque @ axes.T
+        height = 0.0 if np.all(idle) else float(np.median(point[~idle, 2]))
+        if np.all(idle):
+            findings.append(
+                Finding("idle-plate", "note", f"plate {name}", "No force in the whole recording.")
+            )
+        plates.append(ForcePlate(name, np.zeros(3), height))
+        forces.append(force)
+        moments.append(torque + np.cross(point, force))
+    rate = 1.0 / float(np.median(np.diff(table.time_s))) if len(table.time_s) > 1 else 1.0
+    return PlateForces(
+        time_s=table.time_s, plates=tuple(plates), force=np.stack(forces, axis=1),
+        moment=np.stack(moments, axis=1),
+        report=ReadingReport(
+            conversions=(f"up is {up}", "moments taken about the world's origin"),
+            gaps=find_gaps(table.time_s, 1.0 / rate), findings=errors_first(findings),
+            channels={"plates": len(plates)},
+        ),
+    )  # fmt: skip
+
+
+def _vectors(columns: dict[str, Array], quantity: str, plate: str, source: str) -> Array:
+    missing = [quantity + axis for axis in "xyz" if quantity + axis not in columns]
+    if missing:
+        raise MalformedRecordingError(
+            f"{source}, plate {plate}", "force (vx …), point (px …) and torque (mx or torque_x …)",
+            f"no {', '.join(missing)}",
+        )  # fmt: skip
+    return np.stack([columns[quantity + axis] for axis in "xyz"], axis=-1)
