@@ -20,6 +20,8 @@ from app.problems import Fault, Problem, faults_of_validation, pointer, shorten
 #: Faster than this between two points, the trajectory is taken to jump.
 MAX_SPEED_M_S = 5.0
 MAX_TURN_RAD_S = 4 * np.pi
+#: Shorter than this, a trajectory is no motion, and whatever speed its rounding has is none either.
+MIN_DURATION_S = 0.02
 #: Longest prediction, in steps, and in steps times samples: some 2 GB while it is scored.
 MAX_STEPS = 2000
 MAX_POSTURES = 400_000
@@ -129,6 +131,16 @@ def parse_candidate(value: Any, index: int) -> ToolPath:
                 f"a time after {time_s[late - 1]:g} s",
                 f"{time_s[late]:g} s",
                 "times must increase strictly.",
+            ),
+        )
+    if time_s[-1] - time_s[0] < MIN_DURATION_S:
+        raise _reject(
+            index,
+            Fault(
+                _place(index, "time_s"),
+                f"at least {MIN_DURATION_S:g} s from first to last",
+                f"{time_s[-1] - time_s[0]:g} s",
+                "the trajectory is too short to be a motion; times are in seconds.",
             ),
         )
     rotation = None

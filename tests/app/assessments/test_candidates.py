@@ -48,6 +48,7 @@ def candidate(**changes: Any) -> dict[str, Any]:
             "/candidates/4/position_m/1/2",
             "less than",
         ),
+        ({"time_s": [0.0, 1e-9, 2e-9]}, "/candidates/4/time_s", "too short"),
         ({"time_s": [0.0, 0.1, 1e300]}, "/candidates/4/time_s/2", "less than"),
         ({"time_s": [False, True, 2.0]}, "/candidates/4/time_s/0", "valid number"),
         (
