@@ -69,7 +69,9 @@ def trained(who: Person, progress: Progress | None = None) -> Trained:
         demonstrations(who),
         "right",
         seed=_SEED,
-        options=TrainingOptions(optimizer="gradient", blocks=2, max_samples=_SAMPLES),
+        options=TrainingOptions(
+            optimizer="gradient", weights="diagonal", blocks=2, max_samples=_SAMPLES
+        ),
         progress=progress,
         notes=("simulated, not recorded",),
     )
