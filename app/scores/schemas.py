@@ -13,14 +13,18 @@ class ScoreRequest(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     recording_id: str
-    height_m: float | None = Field(default=None, gt=0.0, le=3.0, allow_inf_nan=False)
-    mass_kg: float | None = Field(default=None, gt=0.0, le=500.0, allow_inf_nan=False)
+    height_m: float | None = Field(default=None, strict=True, gt=0.0, le=3.0, allow_inf_nan=False)
+    mass_kg: float | None = Field(default=None, strict=True, gt=0.0, le=500.0, allow_inf_nan=False)
     sex: Literal["female", "male", "unknown"] | None = None
     #: Load borne by both hands together, kg.
-    hand_load_kg: float | None = Field(default=None, ge=0.0, le=200.0, allow_inf_nan=False)
+    hand_load_kg: float | None = Field(
+        default=None, strict=True, ge=0.0, le=200.0, allow_inf_nan=False
+    )
     profile: Literal["paper", "worksheet"] = "paper"
     ties: Literal["lower", "higher"] = "lower"
-    neutral_tolerance_deg: float = Field(default=5.0, ge=0.0, lt=15.0, allow_inf_nan=False)
+    neutral_tolerance_deg: float = Field(
+        default=5.0, strict=True, ge=0.0, lt=15.0, allow_inf_nan=False
+    )
     #: Findings of the recording (codes) to go on in spite of, such as ``sides``.
     accept: list[str] = []
 

@@ -81,6 +81,8 @@ def test_what_is_not_known_of_the_person_is_assumed_and_named(api: TestClient, b
         ({"profile": "mine"}, "/profile"),
         ({"neutral_tolerance_deg": 80}, "/neutral_tolerance_deg"),
         ({"hand_load_kg": -2}, "/hand_load_kg"),
+        ({"hand_load_kg": True}, "/hand_load_kg"),
+        ({"height_m": "1.72"}, "/height_m"),
     ],
 )
 def test_an_impossible_person_or_option_is_refused(
