@@ -105,14 +105,19 @@ class _Lines:
             raise MalformedRecordingError(
                 self.place, f"a number ({what})", repr(bad[:40])
             ) from None
-        if not all(map(isfinite, values)):
+        if not all(map(_can_be, values)):
             bad = next(
-                word for word, value in zip(words, values, strict=True) if not isfinite(value)
+                word for word, value in zip(words, values, strict=True) if not _can_be(value)
             )
             raise MalformedRecordingError(
                 self.place, f"finite numbers ({what})", repr(bad[:40]), "Fill or cut the frame."
             )
         return values
+
+
+def _can_be(value: float) -> bool:
+    # Sizes past this are of no place or angle in any unit, and would overflow once squared.
+    return isfinite(value) and abs(value) < 1e9
 
 
 def _is_number(word: str) -> bool:

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 _CHUNK_BYTES = 1 << 16
 _MAX_TEXT = 1 << 18
 _MAX_DEPTH = 32
+#: Past this, a number is of no body in any unit, and would overflow once squared.
+_TOO_LARGE = 1e9
 _MAX_HEADER_ITEMS = 5000
 #: Per-frame elements that are kept, with the numbers each must hold per segment, joint, or at all.
 _KEPT = {"orientation": ("segment", 4), "position": ("segment", 3), "jointAngle": ("joint", 3),
@@ -256,8 +258,9 @@ class _Handler:
             raise MalformedRecordingError(
                 self.place, f"numbers ({what})", str(problem)[:80]
             ) from None
-        if not np.all(np.isfinite(values)):
-            k = int(np.flatnonzero(~np.isfinite(values))[0])
+        bad = ~np.isfinite(values) | (np.abs(values) >= _TOO_LARGE)
+        if bad.any():
+            k = int(np.flatnonzero(bad)[0])
             raise MalformedRecordingError(
                 self.place, f"finite numbers ({what})", f"{words[k][:20]} at position {k}",
                 "Fill or cut the frame in MVN and export again.",

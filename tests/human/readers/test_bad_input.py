@@ -111,6 +111,13 @@ DAMAGE = {
         MalformedRecordingError,
         r"line \d+: expected finite numbers \(channels of frame 1\), got 'nan'",
     ),
+    "bvh huge": (
+        "bvh",
+        r"(?m)(Frame Time.*\n.*\n)\S+",
+        r"\g<1>1e300",
+        MalformedRecordingError,
+        r"line \d+: expected finite numbers \(channels of frame 1\), got '1e300'",
+    ),
     "bvh word": ("bvh", r"OFFSET \S+", "OFFSET abc", MalformedRecordingError, r"line 4: .*'abc'"),
     "bvh short line": (
         "bvh",
@@ -169,6 +176,13 @@ DAMAGE = {
         r"\1NaN",
         MalformedRecordingError,
         r"line \d+, frame 0: expected finite numbers \(<orientation>.*got NaN at position 0",
+    ),
+    "mvnx huge": (
+        "mvnx",
+        r"(?s)(type=\"normal\"><orientation>)\S+",
+        r"\g<1>1e300",
+        MalformedRecordingError,
+        r"line \d+, frame 0: expected finite numbers \(<orientation>.*got 1e300 at position 0",
     ),
     "mvnx count": (
         "mvnx",
