@@ -9,14 +9,14 @@ from app.cli.output import Json, console, facts, print_json
 
 
 def inspect(
-    file: Annotated[Path, typer.Argument(help="A recording: MVNX (v3, v4) or BVH.")],
+    file: Annotated[Path, typer.Argument(help="MVNX (v3, v4), BVH, C3D, TRC, MOT or STO.")],
     as_json: Json = False,
 ) -> None:
     """Shows what a recording holds: format, subject, rate, duration, channels, gaps, problems."""
     from app.recordings.inspection import inspection_record
-    from human.readers import inspect_recording
+    from human.readers import inspect_file
 
-    record = inspection_record(inspect_recording(file))
+    record = inspection_record(inspect_file(file))
     if as_json:
         print_json(record)
         return

@@ -1,11 +1,13 @@
 """Readers of recordings: MVNX (versions 3 and 4) and BVH (Xsens and CMU style).
 
 `read_recording` returns a `human.recording.Recording` in house units and axes; `inspect_recording`
-says what a file holds; `human.pose.fit_recording` makes a motion of it.
+says what a file holds; `human.pose.fit_recording` makes a motion of it. Markers and force plates
+(C3D, TRC, MOT) are read and inspected (`inspect_file`); no motion is made of them yet.
 """
 
 from human.readers.axes import UNITS_M
 from human.readers.bvh_writer import write_bvh
+from human.readers.c3d import read_c3d
 from human.readers.errors import (
     AmbiguousRecordingError,
     MalformedRecordingError,
@@ -15,19 +17,29 @@ from human.readers.errors import (
     UnsafeRecordingError,
 )
 from human.readers.inspect import Inspection, inspect_recording, inspection_of
+from human.readers.inspect_markers import MarkerInspection, inspect_file
+from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
 from human.readers.read import read_recording
+from human.readers.trc import read_trc
 
 __all__ = [
     "UNITS_M",
     "AmbiguousRecordingError",
     "Inspection",
     "MalformedRecordingError",
+    "MarkerInspection",
+    "OpenSimTable",
     "RecordingFileError",
     "TruncatedRecordingError",
     "UnknownFormatError",
     "UnsafeRecordingError",
+    "inspect_file",
     "inspect_recording",
     "inspection_of",
+    "plate_forces",
+    "read_c3d",
+    "read_opensim_table",
     "read_recording",
+    "read_trc",
     "write_bvh",
 ]

@@ -19,7 +19,11 @@ _OTHERS: tuple[tuple[bytes, str, str], ...] = (
     (b"; FBX", "a text FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
     (b"MATLAB 5.0", "a MATLAB file", "Export the recording as MVNX or BVH."),
     (b"\x89HDF", "an HDF5 file", "Export the recording as MVNX or BVH."),
-    (b"PathFileType", "a TRC marker file", "Marker files are not read yet; give MVNX or BVH."),
+    (
+        b"PathFileType",
+        "a TRC marker file",
+        "Markers can be inspected, but not yet made a motion; give MVNX or BVH.",
+    ),
     (b"PK\x03\x04", "a ZIP archive", "Unpack it and give the file inside."),
     (b"\x1f\x8b", "a gzip archive", "Unpack it and give the file inside."),
     (b"{", "JSON", "Give MVNX or BVH."),
@@ -49,7 +53,7 @@ def sniff(path: Path) -> Format:
             path.name,
             "MVNX or BVH",
             "a C3D file",
-            "Marker files are not read yet; give MVNX or BVH.",
+            "Markers can be inspected, but not yet made a motion; give MVNX or BVH.",
         )
     for magic, name, advice in _OTHERS:
         if text.startswith(magic):

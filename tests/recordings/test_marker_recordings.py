@@ -8,6 +8,7 @@ import pytest
 
 from human.marker_recording import PlateForces
 from human.readers.c3d import read_c3d
+from human.readers.inspect_markers import inspect_file
 from human.readers.opensim_table import plate_forces, read_opensim_table
 from human.readers.trc import read_trc
 
@@ -91,3 +92,10 @@ def _enter_inside_the_corners(plates: PlateForces) -> None:
         low, high = plate.corners.min(axis=0) - 0.02, plate.corners.max(axis=0) + 0.02
         there = point[valid[:, k], k]
         assert not len(there) or np.mean(np.all((there >= low) & (there <= high), axis=1)) > 0.98
+
+
+def test_inspection_hints_at_the_body_mass(recordings_dir: Path) -> None:
+    static = inspect_file(recordings_dir / "opencap_subject4" / "static1_grf.mot").to_dict()
+    assert static["supported_mass_kg"] == 60.03
+    walk = inspect_file(recordings_dir / "opencap_subject4" / "walking1.trc").to_dict()
+    assert walk["unseen_frames"] == {"L_HJC": 1, "r_thigh3": 3, "r_thigh5": 121}

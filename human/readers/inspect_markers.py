@@ -1,0 +1,163 @@
+"""What a file of markers or forces holds, as plain values; and the door to any file's inspection.
+
+Markers are not yet turned into a motion, so these formats have an inspection of their own and
+`read_recording` still refuses them.
+"""
+
+import hashlib
+from dataclasses import asdict, dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+from human.marker_recording import MarkerRecording, PlateForces
+from human.readers.c3d import read_c3d
+from human.readers.inspect import Inspection, inspect_recording
+from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
+from human.readers.trc import read_trc
+from human.recording import Finding, Gap
+
+MarkerFormat = Literal["c3d", "trc", "opensim-table"]
+_HEAD_BYTES = 1 << 16
+_C3D_KEY = 0x50
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerInspection:
+    """Contents of a C3D, TRC, MOT or STO file; every field is ready for JSON.
+
+    Attributes:
+        source: file name.
+        format: ``c3d``, ``trc`` or ``opensim-table``.
+        sha256: of the file.
+        rate_hz: nominal, of the markers or of the table; None for a single row.
+        duration_s: from the first frame to the last.
+        frames: of markers, or rows.
+        markers: names.
+        unseen_frames: number of frames in which a marker was not seen, of those that have any.
+        columns: of a table without plates.
+        plates: names of the force plates.
+        plate_rate_hz: of the forces.
+        supported_mass_kg: see `PlateForces.supported_mass_kg`: a hint of the body's mass.
+        events: instant (s), label and side.
+        channels: kinds of data and how many.
+        conversions: what was done to bring the file to house units and axes.
+        gaps: holes in time.
+        problems: findings of severity error or warning.
+        notes: the other findings.
+    """
+
+    source: str
+    format: MarkerFormat
+    sha256: str
+    rate_hz: float | None
+    duration_s: float
+    frames: int
+    markers: list[str]
+    unseen_frames: dict[str, int]
+    columns: list[str]
+    plates: list[str]
+    plate_rate_hz: float | None
+    supported_mass_kg: float | None
+    events: list[dict[str, Any]]
+    channels: dict[str, int]
+    conversions: list[str]
+    gaps: list[Gap]
+    problems: list[Finding]
+    notes: list[Finding]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the same as nested dictionaries and lists."""
+        return asdict(self)
+
+
+def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
+    """Says what a file holds, whether of a motion, of markers or of forces.
+
+    Args:
+        path: MVNX, BVH, C3D, TRC, MOT or STO; the content tells.
+
+    Raises:
+        RecordingFileError: the file cannot be read at all.
+    """
+    file = Path(path)
+    kind = _kind(file)
+    if kind is None:
+        return inspect_recording(file)
+    with file.open("rb") as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    if kind == "opensim-table":
+        return _of_table(read_opensim_table(file), digest)
+    return _of_markers((read_c3d if kind == "c3d" else read_trc)(file, digest), kind)
+
+
+def _kind(path: Path) -> MarkerFormat | None:
+    """Returns the format by the file's first bytes; None leaves it to `inspect_recording`."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError:
+        return None
+    if len(head) > 1 and head[1] == _C3D_KEY and head[0] <= 64 and b"\x00" in head:
+        return "c3d"
+    if head.startswith(b"PathFileType"):
+        return "trc"
+    lines = [line.strip().lower() for line in head.split(b"\n")]
+    return "opensim-table" if b"endheader" in lines else None
+
+
+def _of_markers(read: MarkerRecording, kind: MarkerFormat) -> MarkerInspection:
+    plates = read.plates
+    findings = read.report.findings + (plates.report.findings if plates else ())
+    return MarkerInspection(
+        source=read.source, format=kind, sha256=read.digest, rate_hz=read.rate_hz,
+        duration_s=float(read.time_s[-1] - read.time_s[0]), frames=read.frames,
+        markers=list(read.marker_names), unseen_frames=read.missing(), columns=[],
+        plates=_names(plates), plate_rate_hz=_plate_rate(plates),
+        supported_mass_kg=_mass(plates), events=[asdict(event) for event in read.events],
+        channels=dict(read.report.channels),
+        conversions=[*read.report.conversions, *(plates.report.conversions if plates else ())],
+        gaps=list(read.report.gaps), problems=_serious(findings), notes=_others(findings),
+    )  # fmt: skip
+
+
+def _of_table(table: OpenSimTable, digest: str) -> MarkerInspection:
+    with_plates = any("ground_force" in name.lower() for name in table.columns)
+    plates = plate_forces(table) if with_plates else None
+    findings = plates.report.findings if plates else ()
+    steps = len(table.time_s) - 1
+    duration = float(table.time_s[-1] - table.time_s[0])
+    return MarkerInspection(
+        source=table.source, format="opensim-table", sha256=digest,
+        rate_hz=round(steps / duration, 3) if steps else None, duration_s=duration,
+        frames=steps + 1, markers=[], unseen_frames={},
+        columns=[] if plates else list(table.columns),
+        plates=_names(plates), plate_rate_hz=_plate_rate(plates),
+        supported_mass_kg=_mass(plates), events=[], channels={"columns": len(table.columns)},
+        conversions=list(plates.report.conversions) if plates else [],
+        gaps=list(plates.report.gaps) if plates else [], problems=_serious(findings),
+        notes=_others(findings),
+    )  # fmt: skip
+
+
+def _names(plates: PlateForces | None) -> list[str]:
+    return [plate.name for plate in plates.plates] if plates else []
+
+
+def _plate_rate(plates: PlateForces | None) -> float | None:
+    if plates is None or len(plates.time_s) < 2:
+        return None
+    return round((len(plates.time_s) - 1) / float(plates.time_s[-1] - plates.time_s[0]), 3)
+
+
+def _mass(plates: PlateForces | None) -> float | None:
+    mass = plates.supported_mass_kg() if plates else None
+    return None if mass is None else round(mass, 2)
+
+
+def _serious(findings: tuple[Finding, ...]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity != "note"]
+
+
+def _others(findings: tuple[Finding, ...]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity == "note"]
