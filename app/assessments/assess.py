@@ -181,12 +181,11 @@ class _Board:
             for method in BASELINES
             if method in operator.content.method_names
         }
-        assumed = task_assumptions(evaluated, request)
+        assumed = task_assumptions(evaluated, request, self._standing.taken)
         for prediction, scored, taken in zip(predicted, evaluated, assumed, strict=True):
             index = prediction.slot.index
             beside = {method: results.get(index) for method, results in baselines.items()}
-            everything = (*self._standing.assumed, *taken)
-            self._answers[index] = slot_result(prediction, scored, beside, everything, request)
+            self._answers[index] = slot_result(prediction, scored, beside, taken, request)
             self._costs[index] = scored.cost.total
             self._postures[index] = posture_record(prediction, scored, operator.model.dof_names)
 

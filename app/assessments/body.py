@@ -28,7 +28,7 @@ class Standing:
         hand: ``T_world_hand`` of the led hand.
         frames: ``T_world_frame`` by frame id, ``world`` among them.
         grasp: ``T_tool_hand``, or None: from the start.
-        assumed: What was taken for granted, for every candidate.
+        taken: What was taken for granted, for every candidate.
     """
 
     q: Array
@@ -36,7 +36,26 @@ class Standing:
     hand: Pose
     frames: dict[str, Pose]
     grasp: Pose | None
-    assumed: tuple[Assumption, ...]
+    taken: tuple["Taken", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """Something taken for granted of the body.
+
+    Attributes:
+        assumption: What, in words.
+        parts: Parts of RULA that may be another way; what they could score is the range it opens.
+    """
+
+    assumption: Assumption
+    parts: frozenset[str] = frozenset()
+
+
+#: Parts that follow from the joints that a model predicts, and from those that it does not.
+_LED_PARTS = frozenset({"trunk", "upper_arm", "lower_arm", "wrist", "wrist_twist"})
+_OTHER_PARTS = frozenset({"neck", "legs"})
+_GRASP_PARTS = frozenset({"wrist", "wrist_twist"})
 
 
 def stand(request: AssessmentRequest, operator: Operator) -> Standing:
@@ -98,62 +117,77 @@ def _start_configuration(request: AssessmentRequest, model: HumanModel) -> tuple
     return q, [name for name in model.dof_names if name not in given]
 
 
-def _assumptions(
-    request: AssessmentRequest, operator: Operator, missing: list[str]
-) -> list[Assumption]:
+def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[str]) -> list[Taken]:
     n_dof = len(operator.model.dof_names)
     predicted = operator.chain.dof_names
     others = n_dof - len(predicted)
     found = [
-        Assumption(
-            what="pelvis",
-            value="stays where it is at the start",
-            range="people step and lean when a reach is far",
-            effect="reach and trunk angles; not worked out",
+        Taken(
+            Assumption(
+                what="pelvis",
+                value="stays where it is at the start",
+                range="people step and lean when a reach is far",
+                effect="trunk, arm and legs",
+            ),
+            _LED_PARTS | {"legs"},
         ),
-        Assumption(
-            what="joints that the model does not predict",
-            value=f"{others} joint angles (legs, head, other arm) stay at the start posture",
-            range="free",
-            effect="neck, legs and the other arm are scored as at the start",
+        Taken(
+            Assumption(
+                what="joints that the model does not predict",
+                value=f"{others} joint angles (legs, head, other arm) stay at the start posture",
+                range="free",
+                effect="neck and legs, and the score of the other side",
+            ),
+            _OTHER_PARTS,
         ),
     ]
     if missing:
         led = [name for name in missing if name in predicted]
         found.append(
-            Assumption(
-                what="start angles that were not given",
-                value=f"{len(missing)} of {n_dof} joint angles stand as in upright standing "
-                f"({len(led)} of them between pelvis and hand)",
-                range="free",
-                effect="the whole prediction starts from there",
+            Taken(
+                Assumption(
+                    what="start angles that were not given",
+                    value=f"{len(missing)} of {n_dof} joint angles stand as in upright standing "
+                    f"({len(led)} of them between pelvis and hand)",
+                    range="free",
+                    effect="the prediction starts from there" if led else "neck and legs",
+                ),
+                _LED_PARTS | _OTHER_PARTS if led else _OTHER_PARTS,
             )
         )
     if request.grasp is None:
         found.append(
-            Assumption(
-                what="grasp",
-                value="as the start posture and the first point say; it does not slip",
-                range="free",
-                effect="wrist angles shift with the grasp",
+            Taken(
+                Assumption(
+                    what="grasp",
+                    value="as the start posture and the first point say; it does not slip",
+                    range="free",
+                    effect="the wrist",
+                ),
+                _GRASP_PARTS,
             )
         )
     if request.payload_kg is None and any(request.hand_force_n):
         found.append(
-            Assumption(
-                what="payload",
-                value="none beside hand_force_n",
-                range="0 to more than 10 kg",
-                effect="points for the load, and every effort; not worked out",
+            Taken(
+                Assumption(
+                    what="payload",
+                    value="none beside hand_force_n",
+                    range="0 to more than 10 kg",
+                    effect="points for the load, and every effort; efforts not worked out",
+                ),
+                frozenset({"force_a", "force_b"}),
             )
         )
     if request.foot_split is None:
         found.append(
-            Assumption(
-                what="support by each foot",
-                value="not given, so leg efforts are left out",
-                range="0 to 1 for each foot",
-                effect="none on the scores",
+            Taken(
+                Assumption(
+                    what="support by each foot",
+                    value="not given, so leg efforts are left out",
+                    range="0 to 1 for each foot",
+                    effect="none on the scores",
+                )
             )
         )
     return found

@@ -1,12 +1,13 @@
 """Scores predicted postures: RULA, REBA, back, effort, and the cost of each sample."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.assessments.body import Taken
 from app.assessments.effort import Efforts, HandLoad, arm_joints, joint_efforts
 from app.assessments.poses import Array
 from app.assessments.schemas import AssessmentRequest, Assumption
@@ -23,12 +24,16 @@ from ergonomics import (
     cost_samples,
     effort_share,
     score_reba,
+    score_reba_interval,
     score_rula,
+    score_rula_interval,
 )
 from human import forward_kinematics
 
 #: Samples that the effect of an assumption is worked out on.
 _EFFECT_SAMPLES = 4
+#: Where REBA counts what RULA counts by itself.
+_REBA_PART = {"wrist_twist": "wrist", "force_a": "load", "force_b": "load"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,16 +139,19 @@ def evaluate(
 
 
 def task_assumptions(
-    evaluated: Sequence[Evaluated], request: AssessmentRequest
+    evaluated: Sequence[Evaluated], request: AssessmentRequest, taken: Sequence[Taken] = ()
 ) -> list[list[Assumption]]:
-    """Returns what was taken for granted of the task, with the range each opens in the scores.
+    """Returns what was taken for granted, with the range each opens in the scores.
 
-    The range is that of the led side's mean score over time when the assumption is turned over.
-    All candidates are scored together, a few samples of each.
+    The range is that of the led side's mean score over time: when an assumption about the task is
+    turned over; and for one about the body, between the parts it decides at their least and at
+    their greatest, which no posture leaves. All candidates are scored together, a few samples of
+    each.
 
     Args:
         evaluated: The candidates.
         request: What is known of the task.
+        taken: What was taken for granted of the body; comes first.
 
     Returns:
         One list per candidate.
@@ -152,6 +160,17 @@ def task_assumptions(
     rula = _Stacked.of([one.scores.rula_inputs[side] for one in evaluated])
     reba = _Stacked.of([one.scores.reba_inputs[side] for one in evaluated])
     out: list[list[Assumption]] = [[] for _ in evaluated]
+    for body in taken:
+        low, high = rula.bounds(body.parts)
+        reba_low, reba_high = reba.bounds({_REBA_PART.get(part, part) for part in body.parts})
+        for k, found in enumerate(out):
+            effect = body.assumption.effect
+            if body.parts:
+                effect += (
+                    f": RULA mean {low[k]:.1f} to {high[k]:.1f}; "
+                    f"REBA mean {reba_low[k]:.1f} to {reba_high[k]:.1f}"
+                )
+            found.append(body.assumption.model_copy(update={"effect": effect}))
     for one in task_contexts(request)[side].assumptions():
         spans = [
             (method, stacked.means({}), stacked.means(changes))
@@ -211,7 +230,19 @@ class _Stacked:
                 if isinstance(changed, RulaInputs)
                 else score_reba(changed).final
             )
-            ends = np.append(self.edges[1:], len(final))
-            totals = np.add.reduceat(final.astype(np.float64), self.edges)
-            self.known[key] = totals / (ends - self.edges)
+            self.known[key] = self._by_candidate(final)
         return self.known[key]
+
+    def bounds(self, parts: Set[str]) -> tuple[Array, Array]:
+        """Returns each candidate's mean score with some parts at their least and greatest."""
+        free = replace(self.inputs, unmeasured=self.inputs.unmeasured | parts)
+        ends = (
+            score_rula_interval(free) if isinstance(free, RulaInputs) else score_reba_interval(free)
+        )
+        return self._by_candidate(ends.low.final), self._by_candidate(ends.high.final)
+
+    def _by_candidate(self, final: NDArray[np.uint8]) -> Array:
+        ends = np.append(self.edges[1:], len(final))
+        return np.asarray(
+            np.add.reduceat(final.astype(np.float64), self.edges) / (ends - self.edges)
+        )

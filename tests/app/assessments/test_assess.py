@@ -1,6 +1,7 @@
 """The answer to an assessment: the same for the same question, and right about the body."""
 
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -195,6 +196,17 @@ def test_assumptions_are_named_with_the_range_they_open(answer: dict[str, Any]) 
     for entry in assumed.values():
         assert entry["effect"] and entry["range"] and entry["value"]
     assert "RULA mean" in assumed["what the legs stand on"]["effect"]
+    # What is assumed of the body opens the range of the parts it decides.
+    spans = {}
+    for what in ("pelvis", "joints that the model does not predict", "grasp"):
+        found = re.search(r"RULA mean ([\d.]+) to ([\d.]+); REBA", assumed[what]["effect"])
+        assert found, assumed[what]
+        spans[what] = float(found[1]), float(found[2])
+        assert 1.0 <= spans[what][0] < spans[what][1] <= 7.0
+    reached = np.mean(answer["candidates"][0]["rula"]["expected"])
+    low, high = spans["pelvis"]
+    assert low - 0.5 <= reached <= high + 0.5
+    assert high - low > spans["grasp"][1] - spans["grasp"][0]
 
 
 def test_a_payload_that_was_not_given_is_named_with_what_it_may_change(
