@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from human.names import BASE_SEGMENT
 from human.readers.axes import axis_name, body_axes, metres_per_unit, world_axes
 from human.readers.bvh_file import BvhFile, parse_bvh
 from human.readers.bvh_names import NamedSkeleton, name_skeleton
@@ -113,7 +114,7 @@ def read_bvh(path: Path, digest: str, units: str | None = None, up: str | None =
                 f"Never move against their parents, so probably not measured: {', '.join(still)}.",
             )
         )  # fmt: skip
-    findings += find_jumps(time_s, house)
+    findings += find_jumps(time_s, house, position[:, names.index(BASE_SEGMENT)])
     findings += find_reversed_sides(house, names, joint_offset, end_offset)
 
     conversions = [

@@ -25,6 +25,8 @@ _INCONSISTENT_M = 0.03
 #: A turn between neighbouring frames beyond both is a jump: radians, and times the usual step.
 _JUMP_RAD = np.deg2rad(20.0)
 _JUMP_RATIO = 5.0
+#: No pelvis moves faster than this: the fastest sprinters reach 12.4 m/s.
+_JUMP_M_S = 15.0
 _LEAST_FRAMES = 10
 
 
@@ -183,13 +185,33 @@ def step_angles(quat: Array) -> Array:
     return np.asarray(2.0 * np.arccos(np.clip(np.min(dots, axis=-1), 0.0, 1.0)))
 
 
-def find_jumps(time_s: Array, quat: Array) -> list[Finding]:
-    """Returns a warning where the posture jumps between neighbouring frames that no gap separates.
+def find_jumps(time_s: Array, quat: Array, pelvis: Array) -> list[Finding]:
+    """Returns warnings where posture or pelvis jump between neighbouring frames without a gap.
 
     Args:
         time_s: ``(frames,)``.
         quat: ``(frames, segments, 4)`` world orientations.
+        pelvis: ``(frames, 3)`` m.
     """
+    return _turning_jumps(time_s, quat) + _moving_jumps(time_s, pelvis)
+
+
+def _moving_jumps(time_s: Array, pelvis: Array) -> list[Finding]:
+    speed = np.linalg.norm(np.diff(pelvis, axis=0), axis=-1) / np.diff(time_s)
+    at = np.flatnonzero(speed > _JUMP_M_S)
+    if not at.size:
+        return []
+    shown = ", ".join(f"{time_s[k + 1]:.3f}" for k in at[:5])
+    return [
+        Finding(
+            "jumps", "warning", f"frames before {shown} s",
+            f"{at.size} jumps of the pelvis (up to {np.max(speed):.3g} m/s; people stay below "
+            f"{_JUMP_M_S:g}): where it is before and after does not fit together.",
+        )
+    ]  # fmt: skip
+
+
+def _turning_jumps(time_s: Array, quat: Array) -> list[Finding]:
     if len(quat) < _LEAST_FRAMES:
         return []
     turns = step_angles(quat)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.mvn_angles import HANGING_ARM_AXES
-from human.names import SEGMENTS, canonical_joint
+from human.names import BASE_SEGMENT, SEGMENTS, canonical_joint
 from human.readers.axes import STATURE_M
 from human.readers.checks import (
     checked_times,
@@ -88,7 +88,7 @@ def read_mvnx(
         )  # fmt: skip
 
     findings = find_loose_joints(quat, position, names, joint_offset)
-    findings += find_jumps(time_s, quat)
+    findings += find_jumps(time_s, quat, position[:, names.index(BASE_SEGMENT)])
     findings += find_reversed_sides(quat, names, joint_offset, end_offset)
     status = _status(file, names)
     unmeasured = [name for name in names if status[name] == "unmeasured"]

@@ -190,6 +190,18 @@ def test_a_jump_inside_the_motion_is_a_warning_with_its_time(tmp_path: Path) -> 
     assert "up to 58 deg" in finding.message  # 57.3 and what the arm moved anyway
 
 
+def test_a_pelvis_that_jumps_is_a_warning_with_its_time(tmp_path: Path) -> None:
+    model, motion = walker()
+    q = motion.q.copy()
+    q[25:, 0] += 0.5
+    jumping = motion_from_configurations(model.dof_names, motion.time_s, q)
+    write_other_bvh(tmp_path / "a.bvh", model, jumping)
+    (finding,) = read_recording(tmp_path / "a.bvh").report.findings
+    assert (finding.code, finding.severity) == ("jumps", "warning")
+    assert finding.place == f"frames before {25 / 60:.3f} s"
+    assert "pelvis" in finding.message
+
+
 @pytest.mark.parametrize("below", [(), ("L5",), ("L5", "T12"), ("L5", "L3", "T12")])
 def test_spines_of_any_length_keep_the_chest(tmp_path: Path, below: tuple[str, ...]) -> None:
     """Whatever lies between pelvis and chest, the chest, head and limbs are where they were."""
