@@ -161,15 +161,17 @@ def task_assumptions(
     reba = _Stacked.of([one.scores.reba_inputs[side] for one in evaluated])
     out: list[list[Assumption]] = [[] for _ in evaluated]
     for body in taken:
+        if not body.parts:
+            for found in out:
+                found.append(body.assumption)
+            continue
         low, high = rula.bounds(body.parts)
         reba_low, reba_high = reba.bounds({_REBA_PART.get(part, part) for part in body.parts})
         for k, found in enumerate(out):
-            effect = body.assumption.effect
-            if body.parts:
-                effect += (
-                    f": RULA mean {low[k]:.1f} to {high[k]:.1f}; "
-                    f"REBA mean {reba_low[k]:.1f} to {reba_high[k]:.1f}"
-                )
+            effect = (
+                f"{body.assumption.effect}: RULA mean {low[k]:.1f} to {high[k]:.1f}; "
+                f"REBA mean {reba_low[k]:.1f} to {reba_high[k]:.1f}"
+            )
             found.append(body.assumption.model_copy(update={"effect": effect}))
     for one in task_contexts(request)[side].assumptions():
         spans = [
