@@ -10,27 +10,9 @@ from estimation.tree import real_tree
 from estimation.tree_kinematics import base_acceleration, link_accelerations, tree_kinematics
 from human import HumanModel, Wrench, inverse_dynamics
 from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
+from human.simulate import IMU_SEGMENTS
 
 FOOT_VARIANCE = np.array([1.0] * 3 + [0.15**2] * 3)
-#: Where inertial suits have their 17 units.
-IMUS = (
-    "Pelvis",
-    "T8",
-    "Head",
-    *(
-        f"{side}{part}"
-        for side in ("Right", "Left")
-        for part in (
-            "Shoulder",
-            "UpperArm",
-            "ForeArm",
-            "Hand",
-            "UpperLeg",
-            "LowerLeg",
-            "Foot",
-        )
-    ),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +59,7 @@ def moving_scene(
         back = transposed(kinematics.rotation[link])
         value = np.concatenate([times(back, 0.5 * force), times(back, 0.5 * moment)], axis=1)
         sensors.append(ForceTorque(name, value, FOOT_VARIANCE))
-    for name in IMUS:
+    for name in IMU_SEGMENTS:
         link = tree.link_names.index(name)
         place = rng.uniform(-0.1, 0.1, 3)
         here, w = accelerations[link], kinematics.omega[link]
