@@ -4,13 +4,13 @@ Effort is the norm of the joint's moment vector: the same in any axes.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.assessments.poses import Array
 from app.assessments.schemas import FootSplit
-from app.assessments.timing import cubic_operators
 from human import (
     HumanModel,
     Wrench,
@@ -19,10 +19,11 @@ from human import (
     inverse_dynamics,
     joint_loads,
 )
+from human.differentiate import LocalCubic
 from human.dynamics import GRAVITY
 
-#: Half the window over which postures are smoothed, and differentiated, s.
-SMOOTHING_S = 0.25
+#: Window over which postures are smoothed, and differentiated, s.
+SMOOTHING_S = 0.5
 
 _TRUNK = ("jL5S1", "jL4L3", "jL1T12", "jT9T8")
 _ARM = ("C7Shoulder", "Shoulder", "Elbow", "Wrist")
@@ -96,14 +97,31 @@ def velocities(
     Returns:
         ``(S, T, nq)``, ``(S, T, nv)``, ``(S, T, nv)``.
     """
-    value, first, second = cubic_operators(time_s, SMOOTHING_S)
+    cubic = _local_cubic(time_s.tobytes())
     angles = q[..., 7 + moving]
+    along = _derivatives(cubic, angles)
     smooth = q.copy()
-    smooth[..., 7 + moving] = value @ angles
+    smooth[..., 7 + moving] = along[0]
+    led = along if central is None else _derivatives(cubic, central[:, 7 + moving])
     v, a = np.zeros((*q.shape[:-1], model.nv)), np.zeros((*q.shape[:-1], model.nv))
-    led = angles if central is None else central[:, 7 + moving]
-    v[..., 6 + moving], a[..., 6 + moving] = first @ led, second @ led
+    v[..., 6 + moving], a[..., 6 + moving] = led[1], led[2]
     return smooth, v, a
+
+
+@lru_cache(maxsize=4)
+def _local_cubic(time_s: bytes) -> LocalCubic:
+    """The filter of these times, remembered: candidates of one planner mostly share theirs."""
+    # The grid has no gaps: a step four times the usual one is as meant as the others.
+    return LocalCubic(np.frombuffer(time_s), window_s=SMOOTHING_S, gap_factor=np.inf)
+
+
+def _derivatives(cubic: LocalCubic, signal: Array) -> tuple[Array, Array, Array]:
+    """Returns the value and two derivatives of ``(..., T, k)`` along time."""
+    ahead = np.moveaxis(signal, -2, 0)
+    found = cubic.derivatives(ahead.reshape(len(ahead), -1))
+    parts = (found.value, found.first, found.second)
+    value, first, second = (np.moveaxis(part.reshape(ahead.shape), 0, -2) for part in parts)
+    return value, first, second
 
 
 def joint_efforts(
@@ -132,8 +150,7 @@ def joint_efforts(
         central: See `velocities`.
     """
     smooth, v, a = velocities(model, q, time_s, moving, central)
-    _, _, second = cubic_operators(time_s, SMOOTHING_S)
-    held = load.wrench(second @ hand_position)
+    held = load.wrench(_derivatives(_local_cubic(time_s.tobytes()), hand_position)[2])
     joints = arm_joints(hand)
     loads = joint_loads(model, smooth, v, a, [held], joints=joints)
     norms = {

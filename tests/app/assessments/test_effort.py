@@ -45,6 +45,20 @@ def test_samples_accelerate_as_the_central_path_however_far_they_stray() -> None
         ] > (0.9)
 
 
+def test_accelerations_hold_at_the_ends_and_across_the_longest_steps() -> None:
+    model = generate_model(Subject(1.75, 75.0, "male"))
+    moving = _arm(model)
+    step = np.tile([0.02, 0.02, 0.02, 0.08], 12)  # the grid's shortest and longest together
+    time = np.concatenate([[0.0], np.cumsum(step)])
+    cubic = np.polynomial.Polynomial([0.1, -0.4, 0.9, -0.3])
+    central = np.tile(model.neutral(), (len(time), 1))
+    central[:, 7 + moving] = cubic(time)[:, None]
+    _, v, a = velocities(model, central[None], time, moving)
+    for k in 6 + moving:
+        np.testing.assert_allclose(v[0, :, k], cubic.deriv()(time), atol=1e-9)
+        np.testing.assert_allclose(a[0, :, k], cubic.deriv(2)(time), atol=1e-8)
+
+
 def test_the_band_of_effort_is_that_of_postures_not_of_rough_noise() -> None:
     model = generate_model(Subject(1.75, 75.0, "male"))
     time, q, central = _samples(model, 0.1)

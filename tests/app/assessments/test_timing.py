@@ -1,4 +1,4 @@
-"""The prediction's time grid, and derivatives that are exact for cubics on uneven samples."""
+"""The prediction's time grid."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from app.assessments.poses import IDENTITY, Pose, rotation_angle
 from app.assessments.timing import (
     LONGEST_STEP_S,
     SHORTEST_STEP_S,
-    cubic_operators,
     prediction_grid,
     resample,
 )
@@ -44,38 +43,6 @@ def test_resampling_is_straight_and_takes_the_shortest_turn() -> None:
     np.testing.assert_allclose(fine.pose.position[:, 0], share, atol=1e-12)
     turned = rotation_angle(fine.pose.rotation, np.eye(3))
     np.testing.assert_allclose(turned, share * np.pi / 2, atol=1e-9)
-
-
-def test_operators_are_exact_for_cubics_on_uneven_samples() -> None:
-    rng = np.random.default_rng(0)
-    time = np.cumsum(rng.uniform(0.02, 0.08, 40))
-    value, first, second = cubic_operators(time, 0.2)
-    cubic = np.polynomial.Polynomial([1.0, -2.0, 3.0, -0.5])
-    np.testing.assert_allclose(value @ cubic(time), cubic(time), atol=1e-9)
-    np.testing.assert_allclose(first @ cubic(time), cubic.deriv()(time), atol=1e-8)
-    whole = (time - time[0] >= 0.2) & (time[-1] - time >= 0.2)
-    assert whole.sum() > 20
-    np.testing.assert_allclose(
-        (second @ cubic(time))[whole], cubic.deriv(2)(time)[whole], atol=1e-6
-    )
-    parabola = np.polynomial.Polynomial([1.0, -2.0, 3.0])
-    np.testing.assert_allclose(second @ parabola(time), 6.0, atol=1e-6)
-
-
-def test_roughness_is_not_multiplied_at_the_ends() -> None:
-    _, _, second = cubic_operators(np.linspace(0.0, 2.0, 41), 0.25)
-    gain = np.linalg.norm(second, axis=1)
-    assert gain.max() < 1.5 * gain[20]
-
-
-@pytest.mark.parametrize("count", [2, 3, 4])
-def test_operators_of_few_samples_lower_the_degree(count: int) -> None:
-    time = np.linspace(0, 0.1, count)
-    value, first, second = cubic_operators(time, 0.2)
-    line = 3.0 * time + 1.0
-    np.testing.assert_allclose(value @ line, line, atol=1e-12)
-    np.testing.assert_allclose(first @ line, 3.0, atol=1e-9)
-    np.testing.assert_allclose(second @ line, 0.0, atol=1e-7)
 
 
 def test_small_rotation_angles_keep_their_digits() -> None:
