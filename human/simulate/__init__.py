@@ -36,6 +36,7 @@ from human.simulate.planar import (
     simulate_planar,
 )
 from human.simulate.plates import Plate, PlateReading, PlateRecording, plate_pair, simulate_plates
+from human.simulate.postures import Posture, simulate_postures
 from human.simulate.reaching import (
     simulate_following,
     simulate_reaching,
@@ -72,6 +73,7 @@ __all__ = [
     "PlateRecording",
     "PosePath",
     "PoseSamples",
+    "Posture",
     "RobotScene",
     "RobotTrajectory",
     "SensorNoise",
@@ -96,6 +98,7 @@ __all__ = [
     "simulate_imus",
     "simulate_planar",
     "simulate_plates",
+    "simulate_postures",
     "simulate_reaching",
     "simulate_shoes",
     "simulate_still",

@@ -158,6 +158,22 @@ def pelvis_yaw(footfalls: Footfalls, grid: Array) -> Array:
     return smoothed(mean_heading(footfalls, grid), 0.6) + smoothed(turn, 0.3)
 
 
+def arms_down(model: HumanModel, operator: Operator) -> Array:
+    """Returns the angles of who stands at ease with hanging arms, ``n_dof`` [rad].
+
+    Leg angles in it are to be replaced.
+    """
+    names = model.dof_names
+    base = np.array(operator.comfort.neutral)
+    for part, degrees in _ARMS_DOWN.items():
+        base[names.index(f"jRight{part}")] = np.deg2rad(degrees)
+        base[names.index(f"jLeft{part}")] = -np.deg2rad(degrees)
+    for side in ("Right", "Left"):
+        for axis in "xyz":
+            base[names.index(f"j{side}BallFoot_rot{axis}")] = 0.0
+    return base
+
+
 def walking_angles(
     model: HumanModel,
     operator: Operator,
@@ -171,16 +187,11 @@ def walking_angles(
     sways a little, by its mobility. Leg angles in it are to be replaced.
     """
     names = model.dof_names
-    base = np.array(operator.comfort.neutral)
-    for part, degrees in _ARMS_DOWN.items():
-        base[names.index(f"jRight{part}")] = np.deg2rad(degrees)
-        base[names.index(f"jLeft{part}")] = -np.deg2rad(degrees)
+    base = arms_down(model, operator)
     swing = np.zeros(len(names))
     # Turning about z takes the right arm forward and the left one back.
     for side in ("Right", "Left"):
         swing[names.index(f"j{side}Shoulder_rotz")] = -_ARM_SWING
-        for axis in "xyz":
-            base[names.index(f"j{side}BallFoot_rot{axis}")] = 0.0
     swing[names.index("jT9T8_rotz")] = -_TRUNK_TURN
     swing[names.index("jL1T12_rotz")] = -0.5 * _TRUNK_TURN
     feet = [f"j{side}BallFoot" for side in ("Right", "Left")]
