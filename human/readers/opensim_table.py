@@ -4,7 +4,10 @@ A header of ``name=value`` lines down to ``endheader``, one line of column names
 """
 
 import re
+from array import array
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -62,24 +65,13 @@ def read_opensim_table(path: Path) -> OpenSimTable:
         raise UnsafeRecordingError(
             path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
         )
-    lines = path.read_text("utf-8", "replace").splitlines()
-    head = [line.strip().lower() for line in lines[:_MOST_HEADER_LINES]]
-    if "endheader" not in head:
-        raise TruncatedRecordingError(path.name, "a header that ends in endheader", "none")
-    end = head.index("endheader")
-    pairs = (line.split("=", 1) for line in lines[:end] if "=" in line)
-    header = {name.strip().lower(): value.strip() for name, value in pairs}
-    body = [(k, line) for k, line in enumerate(lines[end + 1 :], end + 2) if line.strip()]
-    if len(body) < 2:
-        raise TruncatedRecordingError(path.name, "column names and rows", f"{len(body)} lines")
-    columns = body[0][1].split()
-    double = sorted({name for name in columns if columns.count(name) > 1})
-    if columns[0].lower() != "time" or double:
-        raise MalformedRecordingError(
-            f"line {body[0][0]}", "time and then each column once",
-            f"{columns[0]!r} first" + (f", {', '.join(double)} more than once" if double else ""),
-        )  # fmt: skip
-    numbers = np.array([_row(line, k, len(columns)) for k, line in body[1:]])
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        head = _header(stream)
+        if head is None:
+            raise TruncatedRecordingError(path.name, "a header that ends in endheader", "none")
+        pairs = (line.split("=", 1) for line in head if "=" in line)
+        header = {name.strip().lower(): value.strip() for name, value in pairs}
+        columns, numbers = _body(stream, len(head) + 1, path.name)
     stated = header.get("nrows", header.get("datarows", ""))
     if stated.isdigit() and len(numbers) < int(stated):
         raise TruncatedRecordingError(path.name, f"{stated} rows as stated", f"{len(numbers)}")
@@ -94,14 +86,48 @@ def read_opensim_table(path: Path) -> OpenSimTable:
     )  # fmt: skip
 
 
-def _row(line: str, number: int, width: int) -> list[float]:
-    cells = line.split()
-    if len(cells) != width:
-        raise MalformedRecordingError(f"line {number}", f"{width} columns", f"{len(cells)}")
-    try:
-        return [float(cell) for cell in cells]
-    except ValueError as problem:
-        raise MalformedRecordingError(f"line {number}", "numbers", repr(line[:40])) from problem
+def _header(stream: Iterable[str]) -> list[str] | None:
+    """Returns the lines down to ``endheader``, that one included; None where it does not come."""
+    lines = []
+    for line in islice(stream, _MOST_HEADER_LINES):
+        lines.append(line)
+        if line.strip().lower() == "endheader":
+            return lines
+    return None
+
+
+def _body(stream: Iterable[str], first: int, source: str) -> tuple[list[str], Array]:
+    """Returns the names of the columns, time first, and the rows of numbers."""
+    columns: list[str] = []
+    # An hour of plates is hundreds of megabytes as a list of lists.
+    numbers = array("d")
+    for number, line in enumerate(stream, first):
+        cells = line.split()
+        if not cells:
+            continue
+        if not columns:
+            columns = cells
+            double = sorted({name for name in columns if columns.count(name) > 1})
+            if columns[0].lower() != "time" or double:
+                raise MalformedRecordingError(
+                    f"line {number}", "time and then each column once",
+                    f"{columns[0]!r} first"
+                    + (f", {', '.join(double)} more than once" if double else ""),
+                )  # fmt: skip
+            continue
+        if len(cells) != len(columns):
+            raise MalformedRecordingError(
+                f"line {number}", f"{len(columns)} columns", f"{len(cells)}"
+            )
+        try:
+            numbers.extend(map(float, cells))
+        except ValueError as problem:
+            raise MalformedRecordingError(f"line {number}", "numbers", repr(line[:40])) from problem
+    if not numbers:
+        raise TruncatedRecordingError(
+            source, "column names and rows", f"{int(bool(columns))} lines"
+        )
+    return columns, np.frombuffer(numbers, dtype=np.float64).reshape(-1, len(columns))
 
 
 def plate_forces(table: OpenSimTable, *, up: str = "y") -> PlateForces:
@@ -141,9 +167,9 @@ def plate_forces(table: OpenSimTable, *, up: str = "y") -> PlateForces:
         idle = ~np.any(force != 0.0, axis=-1)
         # Programs write NaN for the point where nothing presses; there the point does not matter.
         point, torque = np.where(idle[:, None], 0.0, point), np.where(idle[:, None], 0.0, torque)
-        for what, array in (("force", force), ("point", point), ("torque", torque)):
-            if not np.all(np.isfinite(array)):
-                row = int(np.argmax(~np.all(np.isfinite(array), axis=-1)))
+        for what, values in (("force", force), ("point", point), ("torque", torque)):
+            if not np.all(np.isfinite(values)):
+                row = int(np.argmax(~np.all(np.isfinite(values), axis=-1)))
                 raise MalformedRecordingError(
                     f"{table.source}, plate {name}, row {row}", f"a finite {what}", "another"
                 )

@@ -7,9 +7,12 @@ from it too; what the header states otherwise is compared and reported.
 """
 
 import math
+from collections.abc import Iterable
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from human.marker_recording import MarkerRecording
 from human.readers.axes import UNITS_M
@@ -21,10 +24,15 @@ from human.readers.errors import (
     UnsafeRecordingError,
 )
 from human.readers.marker_axes import resolve_up
+from human.readers.row_store import RowStore
 from human.recording import Finding, ReadingReport
+
+Array = NDArray[np.float64]
 
 _LARGEST_BYTES = 1 << 30
 _HEADER_LINES = 5
+_BLOCK_ROWS = 2048
+_SAMPLE_FRAMES = 5000
 
 
 def read_trc(
@@ -46,28 +54,31 @@ def read_trc(
         raise UnsafeRecordingError(
             path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
         )
-    lines = path.read_text("utf-8", "replace").splitlines()
-    if len(lines) <= _HEADER_LINES:
-        raise TruncatedRecordingError(
-            path.name, "a header of five lines and frames", f"{len(lines)} lines"
-        )
-    stated = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
-    names = _marker_names(lines[3])
-    numbers = _table(lines, len(names))
-    time_s = checked_times(numbers[:, 1], "column Time")
-    raw = numbers[:, 2:].reshape(len(time_s), len(names), 3)
-    valid = np.all(np.isfinite(raw), axis=-1)
-    metres, why_metres = _metres(units, stated.get("Units", "").strip())
-    position = np.where(valid[..., None], raw * metres, 0.0)
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        head = [line.rstrip("\r\n") for line in islice(stream, _HEADER_LINES)]
+        if len(head) < _HEADER_LINES:
+            raise TruncatedRecordingError(
+                path.name, "a header of five lines and frames", f"{len(head)} lines"
+            )
+        stated = dict(zip(head[1].split("\t"), head[2].split("\t"), strict=False))
+        names = _marker_names(head[3])
+        metres, why_metres = _metres(units, stated.get("Units", "").strip())
+        times, store, valid = _frames(stream, len(names), metres)
+    time_s = checked_times(times, "column Time")
+    # Which way is up shows on a sample of the frames as well as on all.
+    some = slice(None, None, -(-len(time_s) // _SAMPLE_FRAMES))
+    shape = (len(time_s), len(names), 3)
     axes, why_up, said = resolve_up(
-        position, valid, requested=up, stated=None, convention="y", place="markers"
-    )
+        store.array().reshape(shape)[some], valid[some], requested=up, stated=None, convention="y",
+        place="markers",
+    )  # fmt: skip
+    store.change(lambda block: (block.reshape(-1, 3) @ axes.T).reshape(block.shape))
     findings = said + _count_findings(stated, len(time_s), len(names))
     rate = _rate(stated, time_s)
     return MarkerRecording(
-        source=path.name, format="trc", version=lines[0].partition("\t")[2].partition("\t")[0],
+        source=path.name, format="trc", version=head[0].partition("\t")[2].partition("\t")[0],
         time_s=time_s, rate_hz=rate, marker_names=names,
-        position=position @ axes.T, valid=valid, events=(), plates=None,
+        position=store.array().reshape(shape), valid=valid, events=(), plates=None,
         report=ReadingReport(
             conversions=(why_metres, why_up), gaps=find_gaps(time_s, 1.0 / rate),
             findings=errors_first(findings), channels={"markers": len(names)},
@@ -91,26 +102,63 @@ def _marker_names(line: str) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _table(lines: list[str], markers: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Returns ``(frames, 2 + 3 markers)``; NaN where a cell is empty."""
-    width = 2 + 3 * markers
+def _frames(
+    stream: Iterable[str], markers: int, metres: float
+) -> tuple[Array, RowStore, NDArray[np.bool_]]:
+    """Returns times ``(frames,)``, positions in m and where each marker was seen."""
+    store = RowStore(3 * markers)
+    times: list[Array] = []
+    seen: list[NDArray[np.bool_]] = []
     rows: list[list[float]] = []
-    for number, line in enumerate(lines[_HEADER_LINES:], _HEADER_LINES + 1):
-        cells = line.rstrip("\r\n").split("\t")
-        if not any(cell.strip() for cell in cells):
-            continue
-        while len(cells) > width and not cells[-1].strip():
-            cells.pop()
-        if len(cells) > width:
-            raise MalformedRecordingError(
-                f"line {number}", f"{width} columns for {markers} markers", f"{len(cells)}"
-            )
-        rows.append([_number(cell, number) for cell in cells] + [math.nan] * (width - len(cells)))
-        if not all(map(math.isfinite, rows[-1][:2])):
-            raise MalformedRecordingError(f"line {number}", "a frame number and a time", line[:30])
-    if not rows:
+
+    def keep() -> None:
+        numbers = np.array(rows, dtype=np.float64)
+        raw = numbers[:, 2:].reshape(len(rows), markers, 3)
+        valid = np.all(np.isfinite(raw), axis=-1)
+        store.append(np.where(valid[..., None], raw * metres, 0.0).reshape(len(rows), -1))
+        times.append(numbers[:, 1])
+        seen.append(valid)
+        rows.clear()
+
+    for number, line in enumerate(stream, _HEADER_LINES + 1):
+        row = _row(line, number, 2 + 3 * markers)
+        if row is not None:
+            rows.append(row)
+        if len(rows) == _BLOCK_ROWS:
+            keep()
+    if rows:
+        keep()
+    if not times:
         raise TruncatedRecordingError("below the header", "frames", "none")
-    return np.array(rows, dtype=np.float64)
+    return np.concatenate(times), store, np.concatenate(seen)
+
+
+def _row(line: str, number: int, width: int) -> list[float] | None:
+    """Returns the numbers of a line, NaN where a cell is empty; None for an empty line."""
+    cells = line.rstrip("\r\n").split("\t")
+    if len(cells) == width:
+        try:
+            row = list(map(float, cells))
+        except ValueError:
+            pass
+        else:
+            return _timed(row, number, line)
+    if not any(cell.strip() for cell in cells):
+        return None
+    while len(cells) > width and not cells[-1].strip():
+        cells.pop()
+    if len(cells) > width:
+        raise MalformedRecordingError(
+            f"line {number}", f"{width} columns for {(width - 2) // 3} markers", f"{len(cells)}"
+        )
+    row = [_number(cell, number) for cell in cells] + [math.nan] * (width - len(cells))
+    return _timed(row, number, line)
+
+
+def _timed(row: list[float], number: int, line: str) -> list[float]:
+    if not (math.isfinite(row[0]) and math.isfinite(row[1])):
+        raise MalformedRecordingError(f"line {number}", "a frame number and a time", line[:30])
+    return row
 
 
 def _number(cell: str, line: int) -> float:
@@ -144,7 +192,7 @@ def _count_findings(stated: dict[str, str], frames: int, markers: int) -> list[F
     return findings
 
 
-def _rate(stated: dict[str, str], time_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+def _rate(stated: dict[str, str], time_s: Array) -> float:
     if len(time_s) > 1:
         return float(np.round(1.0 / np.median(np.diff(time_s)), 3))
     rate = _number(stated.get("DataRate", ""), 3)

@@ -1,0 +1,88 @@
+"""Rows of numbers as they are read; a long file's go to a temporary file instead of memory.
+
+An hour of fifty markers at 100 Hz is half a gigabyte of positions, of which only a window is ever
+worked on.
+"""
+
+import mmap
+from collections.abc import Callable, Iterator
+from tempfile import TemporaryFile
+from typing import IO
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Rows are kept in memory up to this size.
+IN_MEMORY_BYTES = 64 << 20
+_BLOCK_BYTES = 4 << 20
+
+
+class RowStore:
+    """Collects rows of one width, and gives them back as one array."""
+
+    def __init__(self, width: int, in_memory_bytes: int = IN_MEMORY_BYTES) -> None:
+        """Takes rows of ``width`` numbers, and at most ``in_memory_bytes`` of memory for them."""
+        self._width = width
+        self._limit = in_memory_bytes
+        self._blocks: list[Array] = []
+        self._file: IO[bytes] | None = None
+        self.rows = 0
+
+    def append(self, block: Array) -> None:
+        """Adds rows ``(n, width)``."""
+        block = np.ascontiguousarray(block, dtype=np.float64)
+        self.rows += len(block)
+        if self._file is None and self.rows * self._width * 8 > self._limit:
+            # Open as long as the array over it lives, and gone from the disk's listing at once.
+            self._file = TemporaryFile()
+            for kept in self._blocks:
+                self._file.write(kept.tobytes())
+            self._blocks = []
+        if self._file is None:
+            self._blocks.append(block)
+        else:
+            self._file.write(block.tobytes())
+
+    def change(self, by: Callable[[Array], Array]) -> None:
+        """Replaces the rows by what ``by`` makes of them, block by block."""
+        if self._file is None:
+            self._blocks = [by(block) for block in self._blocks]
+            return
+        for start, block in self._read():
+            self._file.seek(start * self._width * 8)
+            self._file.write(np.ascontiguousarray(by(block)).tobytes())
+
+    def array(self) -> Array:
+        """Returns all rows ``(rows, width)``: in memory, or mapped from the file, read-only."""
+        if self._file is None:
+            if not self._blocks:
+                return np.zeros((0, self._width))
+            return np.concatenate(self._blocks)
+        self._file.flush()
+        return np.memmap(self._file, dtype=np.float64, mode="r", shape=(self.rows, self._width))
+
+    def _read(self) -> Iterator[tuple[int, Array]]:
+        assert self._file is not None
+        step = max(1, _BLOCK_BYTES // (8 * self._width))
+        for start in range(0, self.rows, step):
+            count = min(step, self.rows - start)
+            self._file.seek(start * self._width * 8)
+            content = self._file.read(count * self._width * 8)
+            yield start, np.frombuffer(content, dtype=np.float64).reshape(count, self._width)
+
+
+def forget_pages(array: Array) -> None:
+    """Lets the system take back the memory of what was read of a mapped array; it can be read on.
+
+    Args:
+        array: as `RowStore.array` returned it, or any view of it; others are left alone.
+    """
+    base: object = array
+    while isinstance(base, np.ndarray):
+        mapped = getattr(base, "_mmap", None)
+        if mapped is not None and hasattr(mapped, "madvise"):
+            mapped.madvise(mmap.MADV_DONTNEED)
+            return
+        base = base.base
