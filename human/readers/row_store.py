@@ -30,12 +30,16 @@ class RowStore:
         self._file: IO[bytes] | None = None
         self.rows = 0
 
+    def __del__(self) -> None:
+        """Closes the file; arrays over it keep their own hold of it."""
+        if self._file is not None:
+            self._file.close()
+
     def append(self, block: Array) -> None:
         """Adds rows ``(n, width)``."""
         block = np.ascontiguousarray(block, dtype=np.float64)
         self.rows += len(block)
         if self._file is None and self.rows * self._width * 8 > self._limit:
-            # Open as long as the array over it lives, and gone from the disk's listing at once.
             self._file = TemporaryFile()
             for kept in self._blocks:
                 self._file.write(kept.tobytes())
