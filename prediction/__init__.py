@@ -30,6 +30,7 @@ from prediction.familiarity import Familiarity
 from prediction.hand_path import HandPath
 from prediction.held_out import Stretches, run_held_out
 from prediction.joint_limits import JointLimits
+from prediction.locov_ik import LoCovIk
 from prediction.methods import BASELINES, METHODS
 from prediction.mi_nsgp import MiNsGp
 from prediction.minimum_norm import MinimumNormIk
@@ -60,6 +61,7 @@ __all__ = [
     "HandPath",
     "JointLimits",
     "JointReduction",
+    "LoCovIk",
     "LogDensity",
     "MethodScore",
     "MiNsGp",

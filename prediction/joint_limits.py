@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.null_space import weighted_rows
+from prediction.null_space import of_rows, weighted_rows
 
 Array = NDArray[np.float64]
 #: Returns hand error ``(B, m)`` and Jacobian ``(B, m, n)`` at learned joints ``(B, n)``.
@@ -71,7 +71,7 @@ def settle(
         q: Learned joints, ``(B, n)`` rad.
         offset: All joints less ``matrix @ q``, ``(B, L)`` rad.
         limits: Bounds.
-        weights: W, ``(n,)`` or ``(n, n)``.
+        weights: W, ``(n,)`` or ``(n, n)`` for all, or ``(B, n, n)``.
         residual: Hand error at given rows of the batch.
         tolerance: Accepted hand error per task row, ``(m,)``.
 
@@ -106,7 +106,7 @@ def settle(
         rows = limits.matrix[columns] * active[:, columns, None]
         system = np.concatenate([jacobian, rows], axis=1)
         right = np.concatenate([error, -excess[:, columns]], axis=1)
-        weighted = weighted_rows(weights, system)
+        weighted = weighted_rows(of_rows(weights, open_rows), system)
         gram = weighted @ np.swapaxes(system, 1, 2)
         task_dim = jacobian.shape[1]
         diagonal = np.einsum("bii->bi", gram)  # a view: written through

@@ -5,13 +5,14 @@ from types import MappingProxyType
 
 from prediction.cov_ik import CovIk
 from prediction.errors import UnsupportedMethodError
+from prediction.locov_ik import LoCovIk
 from prediction.mi_nsgp import MiNsGp
 from prediction.minimum_norm import MinimumNormIk
 from prediction.predictor import Predictor
 
-#: Every method; the last two are always trained and shown beside any other.
+#: Every method; the baselines are always trained and shown beside any other.
 METHODS: Mapping[str, type[Predictor]] = MappingProxyType(
-    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk)}
+    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk)}
 )
 BASELINES: tuple[str, ...] = (CovIk.name, MinimumNormIk.name)
 

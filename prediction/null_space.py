@@ -30,6 +30,11 @@ def weighted_rows(weights: Array, jacobian: Array) -> Array:
     return jacobian * weights if weights.ndim == 1 else jacobian @ weights
 
 
+def of_rows(weights: Array, rows: NDArray[np.int64]) -> Array:
+    """Returns the weights of some rows of a batch: one set each, or the one set of all."""
+    return weights[rows] if weights.ndim == 3 else weights
+
+
 def weighted_solution(weights: Array, jacobian: Array, task: Array) -> Array:
     """Returns ``J_W^+ x``: the joint velocity with ``J dq = x`` of least ``dq' W^-1 dq``.
 

@@ -109,7 +109,14 @@ class Predictor(ABC):
     @property
     @abstractmethod
     def weights(self) -> Array:
-        """W: ``(n,)`` diagonal or ``(n, n)``; which joints take part in following the hand."""
+        """W: ``(n,)`` diagonal or ``(n, n)``; which joints take part in following the hand.
+
+        Where it depends on the posture, see `weights_at`, this is W far from all demonstrations.
+        """
+
+    def weights_at(self, q: Array) -> Array:
+        """W at postures ``(..., n)``: the same everywhere unless the method says otherwise."""
+        return self.weights
 
     @abstractmethod
     def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
@@ -120,6 +127,10 @@ class Predictor(ABC):
         self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
     ) -> Array:
         """Returns ``Sigma_y`` ``(..., k, k)``, calibrated."""
+
+    def null_log_density(self, residual: Array, covariance: Array) -> Array:
+        """Returns the log density of ``y - mu_y`` under `null_covariance`: Gaussian by default."""
+        return gaussian_log_density(residual, covariance)
 
     @abstractmethod
     def rescaled(self, factor: float) -> Self:
@@ -158,11 +169,12 @@ class Predictor(ABC):
         covariance = self.null_covariance(q, xdot, frame, jacobian)
         values, vectors = np.linalg.eigh(covariance)
         factor = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
-        mean = weighted_solution(self.weights, jacobian, xdot)
+        weights = self.weights_at(q)
+        mean = weighted_solution(weights, jacobian, xdot)
         mean = mean + frame.compose(self.null_mean(q, xdot, frame))
         return Prediction(
             mean=mean,
-            task_gain=weighted_pseudo_inverse(self.weights, jacobian),
+            task_gain=weighted_pseudo_inverse(weights, jacobian),
             null_factor=frame.matrix() @ factor,
         )
 
@@ -190,12 +202,12 @@ class Predictor(ABC):
         """
         frame = self.basis.frame(jacobian)
         moved = np.einsum("...mn,...n->...m", jacobian, qdot)
-        y = frame.coordinates(qdot - weighted_solution(self.weights, jacobian, moved))
+        y = frame.coordinates(qdot - weighted_solution(self.weights_at(q), jacobian, moved))
         residual = y - self.null_mean(q, moved, frame)
         covariance = self.null_covariance(q, moved, frame, jacobian)
         return LogDensity(
             task=gaussian_log_density(moved - xdot, sigma_x),
-            null_space=gaussian_log_density(residual, covariance),
+            null_space=self.null_log_density(residual, covariance),
             volume=frame.log_volume,
         )
 
@@ -206,7 +218,8 @@ class Predictor(ABC):
         """
         q, xdot, J = demonstrations.q, demonstrations.xdot, demonstrations.jacobian
         frame = self.basis.frame(J)
-        y = frame.coordinates(demonstrations.qdot - weighted_solution(self.weights, J, xdot))
+        followed = weighted_solution(self.weights_at(q), J, xdot)
+        y = frame.coordinates(demonstrations.qdot - followed)
         residual = y - self.null_mean(q, xdot, frame)
         factor = np.linalg.cholesky(self.null_covariance(q, xdot, frame, J))
         return np.asarray(np.linalg.solve(factor, residual[..., None])[..., 0])

@@ -10,7 +10,7 @@ from prediction.chain import ReducedChain
 from prediction.familiarity import widening
 from prediction.hand_path import HandPath, orientation_error
 from prediction.joint_limits import TOLERANCE_RAD, settle
-from prediction.null_space import weighted_rows
+from prediction.null_space import of_rows, weighted_rows
 from prediction.small_systems import solve_spd
 
 if TYPE_CHECKING:
@@ -156,7 +156,6 @@ class _State:
         self.anchor = rows
         self.offset = rows - self.q @ reduction.expansion.T
         self.limits = follower.limits.widened_to(rows)
-        self.weights = follower.predictor.weights
         self.linear = paths[0].position.shape[1]
         self.target_position = np.empty((0, self.linear))
         self.target_rotation: Array | None = None
@@ -165,6 +164,7 @@ class _State:
         self._evaluate()
 
     def _evaluate(self) -> None:
+        self.weights = self.follower.predictor.weights_at(self.q)
         self.position, self.rotation, self.jacobian = self.chain.forward_and_jacobian(self.q)
 
     def _aim(self, target: tuple[Array, Array | None], offset: Array | None) -> None:
@@ -281,7 +281,7 @@ class _State:
                 start[rows],
                 self.offset[rows],
                 self.limits,
-                self.weights,
+                of_rows(self.weights, rows),
                 residual,
                 self._tolerance(FINE_M, FINE_RAD),
             )

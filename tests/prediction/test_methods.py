@@ -65,7 +65,10 @@ def test_density_split_is_the_full_gaussian(predictor, split, rng):
     parts = predictor.log_prob(test.q, xdot, test.qdot, test.jacobian, SIGMA_X)
     moved = test.xdot  # the null-space law is that of the velocity the hand really had
     law = predictor.predict(test.q, moved, test.jacobian)
-    mean = law.mean + weighted_solution(predictor.weights, test.jacobian, xdot - moved)
+    W = predictor.weights_at(test.q)
+    mean = law.mean + weighted_solution(W, test.jacobian, xdot - moved)
+    if predictor.name == "locov-ik":  # not Gaussian; see test_locov_ik.py
+        return
     for i, covariance in enumerate(law.covariance(SIGMA_X)):
         full = multivariate_normal(mean[i], covariance).logpdf(test.qdot[i])
         assert parts.total[i] == pytest.approx(full, abs=1e-6)
@@ -89,7 +92,7 @@ def test_axes_of_hand_and_null_space_change_nothing(split, rng):
 def test_null_velocity_is_the_part_of_the_mean_that_weights_do_not_make(predictor, split):
     test = split[2]
     mean = predictor.predict(test.q, test.xdot, test.jacobian).mean
-    followed = weighted_solution(predictor.weights, test.jacobian, test.xdot)
+    followed = weighted_solution(predictor.weights_at(test.q), test.jacobian, test.xdot)
     null = predictor.null_velocity(test.q, test.xdot, test.jacobian)
     np.testing.assert_allclose(mean, followed + null, atol=1e-12)
 

@@ -1,0 +1,54 @@
+"""The multivariate t distribution, centred at zero: densities and scatter matrices."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaln
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 200
+_TOLERANCE = 1e-10
+
+
+def student_t_log_density(residual: Array, covariance: Array, degrees: float) -> Array:
+    """Returns the log density of a t distribution of given covariance.
+
+    Args:
+        residual: ``(..., d)``.
+        covariance: ``(..., d, d)``: its covariance, not its scale matrix.
+        degrees: Degrees of freedom, more than 2.
+
+    Returns:
+        ``(...)`` nats.
+
+    Source: the textbook density; the scale matrix is ``(nu - 2) / nu`` of the covariance.
+    """
+    size = residual.shape[-1]
+    factor = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(factor, residual[..., None])[..., 0]
+    log_det = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(-1)
+    squared = (white**2).sum(-1) / (degrees - 2.0)
+    constant = gammaln(0.5 * (degrees + size)) - gammaln(0.5 * degrees)
+    constant -= 0.5 * size * np.log((degrees - 2.0) * np.pi)
+    return np.asarray(constant - log_det - 0.5 * (degrees + size) * np.log1p(squared))
+
+
+def scatter(samples: Array, degrees: float) -> Array:
+    """Returns the most likely scatter matrix of a centred t, ``(d, d)``.
+
+    Args:
+        samples: ``(N, d)``, more than d of them, spanning all directions.
+        degrees: Degrees of freedom.
+
+    Source: the EM of Liu and Rubin 1995 for known degrees of freedom and mean.
+    """
+    size = samples.shape[1]
+    out = samples.T @ samples / len(samples)
+    for _ in range(_ROUNDS):
+        ridge = 1e-9 * np.diagonal(out).mean() * np.eye(size)
+        squared = (samples * np.linalg.solve(out + ridge, samples.T).T).sum(axis=1)
+        weight = (degrees + size) / (degrees + squared)
+        last, out = out, (weight[:, None] * samples).T @ samples / len(samples)
+        if np.abs(out - last).max() <= _TOLERANCE * np.abs(out).max():
+            break
+    return np.asarray(out)
