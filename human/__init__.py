@@ -22,6 +22,7 @@ from human.errors import (
     UrdfError,
 )
 from human.generate import generate_model, scale_model
+from human.joint_log import JointLog
 from human.kinematics import SegmentPoses, forward_kinematics, frame_poses
 from human.model import Frame, HumanModel, Subject
 from human.motion import Motion, Provenance
@@ -43,6 +44,7 @@ __all__ = [
     "HumanError",
     "HumanModel",
     "JointLoads",
+    "JointLog",
     "LocalCubic",
     "ModelError",
     "Motion",

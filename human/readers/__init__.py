@@ -8,6 +8,9 @@ says what a file holds; `human.pose.fit_recording` makes a motion of it. Markers
 from human.readers.axes import UNITS_M
 from human.readers.bvh_writer import write_bvh
 from human.readers.c3d import read_c3d
+from human.readers.column_map import ColumnMap, read_column_map
+from human.readers.column_records import TableRecording
+from human.readers.csv_motive import read_motive_csv
 from human.readers.errors import (
     AmbiguousRecordingError,
     MalformedRecordingError,
@@ -20,16 +23,19 @@ from human.readers.inspect import Inspection, inspect_recording, inspection_of
 from human.readers.inspect_markers import MarkerInspection, inspect_file
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
 from human.readers.read import read_recording
+from human.readers.read_table import read_table
 from human.readers.trc import read_trc
 
 __all__ = [
     "UNITS_M",
     "AmbiguousRecordingError",
+    "ColumnMap",
     "Inspection",
     "MalformedRecordingError",
     "MarkerInspection",
     "OpenSimTable",
     "RecordingFileError",
+    "TableRecording",
     "TruncatedRecordingError",
     "UnknownFormatError",
     "UnsafeRecordingError",
@@ -38,8 +44,11 @@ __all__ = [
     "inspection_of",
     "plate_forces",
     "read_c3d",
+    "read_column_map",
+    "read_motive_csv",
     "read_opensim_table",
     "read_recording",
+    "read_table",
     "read_trc",
     "write_bvh",
 ]

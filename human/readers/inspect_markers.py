@@ -12,23 +12,29 @@ from typing import Any, Literal
 
 from human.marker_recording import MarkerRecording, PlateForces
 from human.readers.c3d import read_c3d
+from human.readers.csv_motive import read_motive_csv
+from human.readers.csv_table import csv_header
 from human.readers.inspect import Inspection, inspect_recording
+from human.readers.mat_table import mat_arrays
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
+from human.readers.sniff_table import table_format
 from human.readers.trc import read_trc
 from human.recording import Finding, Gap
 
-MarkerFormat = Literal["c3d", "trc", "opensim-table"]
+MarkerFormat = Literal["c3d", "trc", "opensim-table", "motive-csv", "csv", "mat"]
 _HEAD_BYTES = 1 << 16
 _C3D_KEY = 0x50
 
 
 @dataclass(frozen=True, slots=True)
 class MarkerInspection:
-    """Contents of a C3D, TRC, MOT or STO file; every field is ready for JSON.
+    """Contents of a C3D, TRC, MOT, STO, CSV or .mat file; every field is ready for JSON.
+
+    A CSV or .mat file is looked at without its column map: only its columns are said.
 
     Attributes:
         source: file name.
-        format: ``c3d``, ``trc`` or ``opensim-table``.
+        format: ``c3d``, ``trc``, ``opensim-table``, ``motive-csv``, ``csv`` or ``mat``.
         sha256: of the file.
         rate_hz: nominal, of the markers or of the table; None for a single row.
         duration_s: from the first frame to the last.
@@ -75,7 +81,7 @@ def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
     """Says what a file holds, whether of a motion, of markers or of forces.
 
     Args:
-        path: MVNX, BVH, C3D, TRC, MOT or STO; the content tells.
+        path: MVNX, BVH, C3D, TRC, MOT, STO, CSV or .mat; the content tells.
 
     Raises:
         RecordingFileError: the file cannot be read at all.
@@ -88,6 +94,11 @@ def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
     if kind == "opensim-table":
         return _of_table(read_opensim_table(file), digest)
+    if kind in ("csv", "mat"):
+        columns = csv_header(file)[0] if kind == "csv" else list(mat_arrays(file))
+        return _of_columns(file.name, kind, digest, columns)
+    if kind == "motive-csv":
+        return _of_markers(read_motive_csv(file, digest), kind)
     return _of_markers((read_c3d if kind == "c3d" else read_trc)(file, digest), kind)
 
 
@@ -103,7 +114,22 @@ def _kind(path: Path) -> MarkerFormat | None:
     if head.startswith(b"PathFileType"):
         return "trc"
     lines = [line.strip().lower() for line in head.split(b"\n")]
-    return "opensim-table" if b"endheader" in lines else None
+    return "opensim-table" if b"endheader" in lines else table_format(path)
+
+
+def _of_columns(
+    source: str, kind: MarkerFormat, digest: str, columns: list[str]
+) -> MarkerInspection:
+    said = Finding(
+        "column-map", "note", "columns",
+        "What the columns hold is said in a column map, a JSON file read together with this one.",
+    )  # fmt: skip
+    return MarkerInspection(
+        source=source, format=kind, sha256=digest, rate_hz=None, duration_s=0.0, frames=0,
+        markers=[], unseen_frames={}, columns=columns, plates=[], plate_rate_hz=None,
+        supported_mass_kg=None, events=[], channels={"columns": len(columns)}, conversions=[],
+        gaps=[], problems=[], notes=[said],
+    )  # fmt: skip
 
 
 def _of_markers(read: MarkerRecording, kind: MarkerFormat) -> MarkerInspection:

@@ -17,8 +17,10 @@ _OTHERS: tuple[tuple[bytes, str, str], ...] = (
         "Export the skeleton as BVH (Blender: File > Export > BVH).",
     ),
     (b"; FBX", "a text FBX scene", "Export the skeleton as BVH (Blender: File > Export > BVH)."),
-    (b"MATLAB 5.0", "a MATLAB file", "Export the recording as MVNX or BVH."),
-    (b"\x89HDF", "an HDF5 file", "Export the recording as MVNX or BVH."),
+    (b"MATLAB 5.0", "a MATLAB file", "Read it with a column map (`read_table`)."),
+    (b"MATLAB 7.3", "a MATLAB file", "Read it with a column map (`read_table`)."),
+    (b"\x89HDF", "an HDF5 file", "Read it with a column map (`read_table`)."),
+    (b"Format Version,", "a CSV file of Motive", "Its markers are read by `read_motive_csv`."),
     (
         b"PathFileType",
         "a TRC marker file",
