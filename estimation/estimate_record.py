@@ -9,6 +9,7 @@ from estimation.spatial import Array, IntArray
 from estimation.tree import EstimationTree
 
 Method = Literal["one_step", "two_step", "deterministic"]
+Bands = Literal["uncertainty", "widened", "tuning", "none"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +44,9 @@ class Estimate:
             over before the equations of motion are imposed. A wrong body mass shows here.
         residual_chi2: ``(n,)`` the same in units of its covariance: mean 6 if all covariances are
             true. None where there is no covariance.
-        bands: ``uncertainty`` where the covariances were the sensors' noise, ``tuning`` for the
-            papers' presets, whose bands cover little of the truth, ``none``.
+        bands: ``uncertainty`` where the covariances were the sensors' noise, ``widened`` where
+            errors of the model are in them, too, ``tuning`` for the papers' presets, whose bands
+            cover little of the truth, ``none``.
         assumed: what was derived or changed instead of measured, in words.
     """
 
@@ -69,7 +71,7 @@ class Estimate:
     link_rotation: Array
     residual: Array
     residual_chi2: Array | None
-    bands: Literal["uncertainty", "tuning", "none"]
+    bands: Bands
     assumed: tuple[str, ...]
 
     def link(self, name: str) -> int:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri
 
-from estimation.estimate_record import Estimate
+from estimation.estimate_record import Bands, Estimate
 from estimation.map_errors import MissingMeasurementError
 from estimation.norm_quantiles import norm_quantiles
 from estimation.spatial import Array, BoolArray, times
@@ -37,7 +37,7 @@ class Payload:
         force_covariance: ``(n, 3, 3)`` N^2, or None.
         split_observable: ``(n,)`` whether the share of each site can be told; the sum always can.
         weightless: ``(n,)`` the sites all but fall freely, so that no mass could be felt.
-        bands: as the estimate's: ``uncertainty``, ``tuning`` or ``none``.
+        bands: as the estimate's.
     """
 
     definition: Definition
@@ -50,7 +50,7 @@ class Payload:
     force_covariance: Array | None
     split_observable: BoolArray
     weightless: BoolArray
-    bands: Literal["uncertainty", "tuning", "none"]
+    bands: Bands
 
 
 def payload(
