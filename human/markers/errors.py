@@ -73,3 +73,11 @@ class MarkersRefusedError(MarkerError):
             f"{source}: expected the markers of a person, got: {listed} "
             f"To measure them all the same, accept by name: {codes}."
         )
+
+
+class MarkerFitError(MarkerError):
+    """No posture can be fitted to a recording's markers."""
+
+    def __init__(self, source: str, message: str) -> None:
+        """Names the recording and what is wrong."""
+        super().__init__(f"{source}, markers: {message}")
