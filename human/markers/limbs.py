@@ -1,0 +1,176 @@
+"""Legs and arms from their bony points: joint centres and segment axes, side by side.
+
+A joint centre is the middle of the two points beside it; where only the outer one is there, the
+centre is half a joint's breadth further in, at right angles to the limb.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from human.markers.landmarks import (
+    OUTWARD,
+    Landmarks,
+    axes_along,
+    mean_turn,
+    unit,
+)
+from human.markers.pelvis_chest import Chest, Pelvis
+from human.model import Array, IntArray
+
+#: Breadth of a joint over stature, outer marker to inner marker: chosen here, from breadths over
+#: the bones of adults (knee 95, ankle 70, elbow 67 mm at 1.70 m) and a 7 mm marker.
+_BREADTH = {"knee": 0.060, "ankle": 0.045, "elbow": 0.044}
+#: Least bend (sine) at which the plane of a limb shows the axis it bends about.
+_LEAST_BEND = np.sin(np.deg2rad(20.0))
+#: A foot is flat where heel and toe are this near their lowest, m.
+_FLAT_M = 0.015
+#: Shoulder centre below the acromion: distance per depth of the chest, angle from the line C7 to
+#: breastbone.
+_SHOULDER = (0.42, np.deg2rad(-67.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limb:
+    """One limb over time, ``n`` frames; NaN where its points are not seen.
+
+    Attributes:
+        centers: joint name without side (``Knee``) -> ``(n, 3)`` world, m.
+        axes: segment name without side -> ``(n, 3, 3)``.
+        notes: what was assumed.
+    """
+
+    centers: dict[str, Array]
+    axes: dict[str, Array]
+    notes: tuple[str, ...]
+
+
+def measure_leg(landmarks: Landmarks, pelvis: Pelvis, side: str, height_m: float) -> Limb:
+    """Measures a leg from the hip down.
+
+    The thigh's y axis is the line between the condyles, or where the inner one is not seen the axis
+    the knee bends about, or with a straight knee the pelvis's. The shank's follows the thigh's: no
+    turn about the shank is the turn of the recording. The foot is level where it stands flat.
+    """
+    low, out = side.lower(), OUTWARD[side]
+    hip, across = pelvis.hip[side], pelvis.axes[..., 1]
+    outer = landmarks.first(f"{low}_knee_lateral", f"{low}_knee_center")[0]
+    foot = landmarks.first(f"{low}_ankle_lateral", f"{low}_ankle_center")[0]
+    bend = np.cross(unit(outer - hip), unit(foot - outer))
+    shown = (np.linalg.norm(bend, axis=-1) > _LEAST_BEND) & (np.sum(bend * across, axis=-1) > 0.0)
+    hint = np.where(shown[:, None], bend, across)
+    knee = _hinge(landmarks, f"{low}_knee", hip - outer, -out * hint, height_m)
+    thigh = axes_along(hip - knee.center, 2, _prefer(-out * knee.inward, hint), 1)
+    ankle = _hinge(landmarks, f"{low}_ankle", knee.center - foot, -out * thigh[..., 1], height_m)
+    shank = axes_along(knee.center - ankle.center, 2, thigh[..., 1], 1)
+    return Limb(
+        {"Hip": hip, "Knee": knee.center, "Ankle": ankle.center},
+        {"UpperLeg": thigh, "LowerLeg": shank, "Foot": _foot_axes(landmarks, low, ankle.center)},
+        (*knee.notes, *ankle.notes),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Hinge:
+    """A joint between two points: its centre and the direction inward ``(n, 3)``, or NaN."""
+
+    center: Array
+    inward: Array
+    notes: tuple[str, ...] = ()
+
+
+def _hinge(
+    landmarks: Landmarks, joint: str, along: Array, inward: Array, height_m: float
+) -> _Hinge:
+    """Finds a joint's centre.
+
+    Args:
+        landmarks: the points.
+        joint: side and joint, such as ``right_knee``.
+        along: ``(n, 3)`` the limb's direction.
+        inward: ``(n, 3)`` from the outer point to the inner one, as far as can be told without it.
+        height_m: stature.
+    """
+    outer, inner = landmarks.of(f"{joint}_lateral"), landmarks.of(f"{joint}_medial")
+    if landmarks.has(f"{joint}_lateral", f"{joint}_medial"):
+        return _Hinge(0.5 * (outer + inner), inner - outer)
+    if landmarks.has(f"{joint}_center"):
+        center = landmarks.of(f"{joint}_center")
+        note = f"The centre of the {joint.replace('_', ' ')} is taken as the recording has it."
+        return _Hinge(center, center - outer, (note,))
+    axes = axes_along(along, 2, inward, 1)
+    half = 0.5 * _BREADTH[joint.partition("_")[2]] * height_m
+    note = (
+        f"The centre of the {joint.replace('_', ' ')} is taken {1e3 * half:.0f} mm inside its "
+        "outer marker: no inner one is seen."
+    )
+    notes = (note,) if landmarks.has(f"{joint}_lateral") else ()
+    return _Hinge(outer + half * axes[..., 1], np.full_like(outer, np.nan), notes)
+
+
+def _prefer(first: Array, second: Array) -> Array:
+    """Returns the first vectors, and the second where those are NaN."""
+    return np.where(np.isfinite(first), first, second)
+
+
+def toe_point(landmarks: Landmarks, low: str) -> Array:
+    """Returns the ball of the foot ``(n, 3)``: second head, or the middle of the others."""
+    first, second, fifth = (f"{low}_toe_{n}" for n in ("first", "second", "fifth"))
+    return landmarks.first(second, (first, fifth), first, fifth)[0]
+
+
+def _foot_axes(landmarks: Landmarks, low: str, ankle: Array) -> Array:
+    heel, toe = landmarks.of(f"{low}_heel"), toe_point(landmarks, low)
+    raw = axes_along(toe - heel, 0, ankle - heel, 2)
+    up = np.broadcast_to([0.0, 0.0, 1.0], raw.shape[:-1])
+    level = axes_along(up, 2, toe - heel, 0)
+    return raw @ mean_turn(raw, level, _flat(heel, toe))
+
+
+def _flat(heel: Array, toe: Array) -> IntArray:
+    """Returns the frames in which the foot is flat: heel and toe near their lowest."""
+    seen = np.flatnonzero(np.isfinite(heel[:, 2]) & np.isfinite(toe[:, 2]))
+    if not seen.size:
+        return seen
+    low = [np.percentile(point[seen, 2], 5) for point in (heel, toe)]
+    flat = (heel[seen, 2] < low[0] + _FLAT_M) & (toe[seen, 2] < low[1] + _FLAT_M)
+    return np.asarray(seen[flat])
+
+
+def measure_arm(landmarks: Landmarks, chest: Chest, side: str, height_m: float) -> Limb:
+    """Measures an arm from the shoulder down.
+
+    The shoulder's centre lies below the acromion. The upper arm's z axis points from the inner to
+    the outer condyle, or along the axis the elbow bends about, or else the arm's x axis is the
+    chest's. The forearm's x axis points from the little finger's to the thumb's side.
+
+    Source: shoulder centre, Reed et al. 1999, as quoted by Dumas et al. 2007.
+    """
+    low, out = side.lower(), OUTWARD[side]
+    shoulder = landmarks.of(f"{low}_shoulder_center")
+    if not landmarks.has(f"{low}_shoulder_center"):
+        ratio, angle = _SHOULDER
+        down = np.cos(angle) * chest.lean + np.sin(angle) * chest.over
+        shoulder = landmarks.of(f"{low}_acromion") + ratio * chest.depth_m * down
+    outer = landmarks.first(f"{low}_elbow_lateral", f"{low}_elbow_center")[0]
+    radial, ulnar = landmarks.of(f"{low}_wrist_radial"), landmarks.of(f"{low}_wrist_ulnar")
+    wrist = landmarks.first(
+        (f"{low}_wrist_radial", f"{low}_wrist_ulnar"), f"{low}_wrist_center",
+        f"{low}_wrist_radial", f"{low}_wrist_ulnar",
+    )[0]  # fmt: skip
+    # From the T-pose the forearm bends forward: about z on the right, about -z on the left.
+    bend = -out * np.cross(unit(outer - shoulder), unit(wrist - outer))
+    shown = np.linalg.norm(bend, axis=-1) > _LEAST_BEND
+    straight = axes_along(out * (outer - shoulder), 1, chest.axes[..., 0], 0)[..., 2]
+    hint = np.where(shown[:, None], bend, straight)
+    elbow = _hinge(landmarks, f"{low}_elbow", shoulder - outer, -hint, height_m)
+    upper = axes_along(out * (elbow.center - shoulder), 1, _prefer(-elbow.inward, hint), 2)
+    fore = axes_along(out * (wrist - elbow.center), 1, _prefer(radial - ulnar, upper[..., 0]), 0)
+    second, fifth = landmarks.of(f"{low}_hand_second"), landmarks.of(f"{low}_hand_fifth")
+    palm = landmarks.first((f"{low}_hand_second", f"{low}_hand_fifth"), f"{low}_hand_second")[0]
+    hand = axes_along(out * (palm - wrist), 1, _prefer(second - fifth, fore[..., 0]), 0)
+    return Limb(
+        {"Shoulder": shoulder, "Elbow": elbow.center, "Wrist": wrist},
+        {"UpperArm": upper, "ForeArm": fore, "Hand": hand},
+        elbow.notes,
+    )
