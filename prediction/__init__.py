@@ -27,13 +27,14 @@ from prediction.evaluate import (
     split_in_time,
 )
 from prediction.familiarity import Familiarity
+from prediction.gaussian_laws import MinimumNormIk, SbM, WIk
 from prediction.hand_path import HandPath
 from prediction.held_out import Stretches, run_held_out
 from prediction.joint_limits import JointLimits
+from prediction.joint_process import CcGp, Gp
 from prediction.locov_ik import LoCovIk
 from prediction.methods import BASELINES, METHODS
-from prediction.mi_nsgp import MiNsGp
-from prediction.minimum_norm import MinimumNormIk
+from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
 from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
@@ -50,6 +51,7 @@ from prediction.train import (
 __all__ = [
     "BASELINES",
     "METHODS",
+    "CcGp",
     "CovIk",
     "DemonstrationError",
     "Demonstrations",
@@ -57,6 +59,7 @@ __all__ = [
     "Familiarity",
     "FittedMethod",
     "Follower",
+    "Gp",
     "HandNoise",
     "HandPath",
     "JointLimits",
@@ -67,6 +70,7 @@ __all__ = [
     "MiNsGp",
     "MinimumNormIk",
     "ModelFileError",
+    "NsGp",
     "NullSpaceBasis",
     "OperatorModel",
     "PostureBand",
@@ -74,6 +78,7 @@ __all__ = [
     "PredictionError",
     "Predictor",
     "Rollout",
+    "SbM",
     "Skeleton",
     "StartMismatchError",
     "Stretches",
@@ -84,6 +89,7 @@ __all__ = [
     "TrajectoryError",
     "UnreachableTrajectoryError",
     "UnsupportedMethodError",
+    "WIk",
     "compare_methods",
     "demonstrations_from_motion",
     "demonstrations_from_samples",

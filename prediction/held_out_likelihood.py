@@ -81,6 +81,10 @@ class HeldOutScorer:
         self._map, self._variance = residual_map, variance
         self._constant = 1.0 + np.log(2 * np.pi) + np.log(variance).mean()
 
+    def residuals(self, target: Array) -> tuple[Array, Array]:
+        """Returns held-out errors ``(N, k)`` of one target and their variances ``(N,)`` over S."""
+        return np.asarray(self._map @ target), self._variance
+
     def scores(self, targets: Array) -> Array:
         """See `TargetScorer.scores`."""
         residual = np.matmul(self._map, targets)

@@ -31,9 +31,9 @@ ENGINES: tuple[EngineName, ...] = ("fast", "gpytorch")
 Criterion = Literal["marginal", "held-out"]
 CRITERIA: tuple[Criterion, ...] = ("marginal", "held-out")
 #: ``diagonal`` W as in the paper; ``correlated``: joint correlations from the demonstrations;
-#: ``auto``: whichever of the two the criterion prefers.
-WeightKind = Literal["diagonal", "correlated", "auto"]
-WEIGHTS: tuple[WeightKind, ...] = ("diagonal", "correlated", "auto")
+#: ``auto``: whichever of the two the criterion prefers; ``identity``: all joints alike, no search.
+WeightKind = Literal["diagonal", "correlated", "auto", "identity"]
+WEIGHTS: tuple[WeightKind, ...] = ("diagonal", "correlated", "auto", "identity")
 #: Contiguous parts of the held-out criterion.
 HELD_OUT_PARTS = 8
 #: Alternations of weights and kernel.
@@ -159,7 +159,11 @@ def search_law(
     theta = likelihood.optimise(theta, targets.one(start), 30)
     search = WeightSearch(start, -np.inf, 0)
     used = 0
-    for turn in range(ROUNDS):
+    if options.weights == "identity":
+        y = targets.one(start)
+        theta = likelihood.optimise(theta, y, 60)
+        search = WeightSearch(start, likelihood.log_likelihood(theta, y), 0)
+    for turn in range(0 if options.weights == "identity" else ROUNDS):
         check_stop(should_stop)
         budget = max((options.max_evaluations - used) // 2, 20)
         done, share = used / options.max_evaluations, budget / options.max_evaluations

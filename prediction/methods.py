@@ -5,14 +5,15 @@ from types import MappingProxyType
 
 from prediction.cov_ik import CovIk
 from prediction.errors import UnsupportedMethodError
+from prediction.gaussian_laws import MinimumNormIk, SbM, WIk
+from prediction.joint_process import CcGp, Gp
 from prediction.locov_ik import LoCovIk
-from prediction.mi_nsgp import MiNsGp
-from prediction.minimum_norm import MinimumNormIk
+from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.predictor import Predictor
 
 #: Every method; the baselines are always trained and shown beside any other.
 METHODS: Mapping[str, type[Predictor]] = MappingProxyType(
-    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk)}
+    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk, CcGp, NsGp, WIk, SbM, Gp)}
 )
 BASELINES: tuple[str, ...] = (CovIk.name, MinimumNormIk.name)
 

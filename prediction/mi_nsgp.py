@@ -7,10 +7,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.compression import Posterior, compressed_posterior
 from prediction.demonstrations import Demonstrations
-from prediction.errors import UnsupportedMethodError
-from prediction.kernels import KERNELS, InputScaling, KernelKind
+from prediction.kernels import KernelKind
 from prediction.law_search import (
     Criterion,
     EngineName,
@@ -21,6 +19,7 @@ from prediction.law_search import (
 )
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
 from prediction.predictor import Predictor, Progress, ShouldStop
+from prediction.process import Process
 from prediction.weight_search import NullSpaceTargets, Optimizer, scaled_correlation
 
 Array = NDArray[np.float64]
@@ -39,9 +38,7 @@ class MiNsGp(Predictor):
 
     Attributes:
         law: W, kernel and axes.
-        mean: Constant mean of y, ``(k,)`` rad/s.
-        output_covariance: S, ``(k, k)`` (rad/s)^2.
-        posterior: The process on its centres.
+        process: The process of y, rad/s.
         scale: Calibration of the variance.
 
     Source: Vianello et al. 2021, section V, with the marginal likelihood in place of the likelihood
@@ -50,11 +47,11 @@ class MiNsGp(Predictor):
     """
 
     name: ClassVar[str] = "mi-nsgp"
+    #: Which W, where `fit` is not told.
+    default_weights: ClassVar[WeightKind] = "diagonal"
 
     law: Law
-    mean: Array
-    output_covariance: Array
-    posterior: Posterior
+    process: Process
     scale: float
 
     @classmethod
@@ -69,7 +66,7 @@ class MiNsGp(Predictor):
         optimizer: Optimizer = "bipop",
         engine: EngineName = "fast",
         criterion: Criterion = "marginal",
-        weights: WeightKind = "diagonal",
+        weights: WeightKind | None = None,
         max_evaluations: int = 3000,
         max_samples: int = MAX_SAMPLES,
     ) -> Self:
@@ -88,7 +85,7 @@ class MiNsGp(Predictor):
                 contiguous parts given the rest, for motion whose samples repeat their neighbours.
             weights: ``diagonal`` W as in the paper; ``correlated``: W has the correlations of the
                 demonstrated joint velocities and its diagonal is searched from theirs, where it is
-                `CovIk`'s; ``auto``: both, and the criterion decides.
+                `CovIk`'s; ``auto``: both, and the criterion decides; ``identity``: none learned.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.
 
@@ -100,7 +97,8 @@ class MiNsGp(Predictor):
             TrainingCancelledError: ``should_stop`` said so.
             UnsupportedMethodError: An option is not known.
         """
-        options = SearchOptions(kernel, optimizer, engine, criterion, weights, max_evaluations)
+        kind = weights or cls.default_weights
+        options = SearchOptions(kernel, optimizer, engine, criterion, kind, max_evaluations)
         kept = demonstrations.thinned(max_samples)
         law = search_law(kept, rng, options, progress=progress, should_stop=should_stop)
         return cls._conditioned(kept, law)
@@ -108,25 +106,15 @@ class MiNsGp(Predictor):
     @classmethod
     def _conditioned(cls, demonstrations: Demonstrations, law: Law) -> Self:
         targets = NullSpaceTargets(demonstrations, law.basis, law.correlation)
-        y = targets.one(law.log_weights)
-        inputs = law.scaling.inputs(demonstrations.q, demonstrations.xdot, law.theta[:-1])
-        noise = float(np.exp(law.theta[-1]))
-        both = np.concatenate([y, np.ones((len(y), 1))], axis=1)
-        plain = compressed_posterior(inputs, both, noise)
-        # A z = (z - K A z) / rho, with K A z the posterior mean at the training inputs
-        whitened = (both - plain.mean(inputs)) / noise
-        mean = np.zeros(y.shape[1])
-        if law.constant_mean:
-            mean = whitened[:, -1] @ y / whitened[:, -1].sum()
-        S = (y - mean).T @ (whitened[:, :-1] - whitened[:, -1:] * mean) / len(y)
-        weights = plain.mean_weights[:, :-1] - plain.mean_weights[:, -1:] * mean
-        return cls(
-            law=law,
-            mean=mean,
-            output_covariance=0.5 * (S + S.T),
-            posterior=replace(plain, mean_weights=weights),
-            scale=1.0,
+        process = Process.conditioned(
+            law.scaling,
+            law.theta,
+            demonstrations.q,
+            demonstrations.xdot,
+            targets.one(law.log_weights),
+            constant_mean=law.constant_mean,
         )
+        return cls(law, process, 1.0)
 
     @property
     def basis(self) -> NullSpaceBasis:
@@ -145,14 +133,14 @@ class MiNsGp(Predictor):
 
     def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
         """The mean of the process."""
-        return self.mean + self.posterior.mean(self._inputs(q, xdot))
+        return self.process.mean(q, xdot)
 
     def null_covariance(
         self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
     ) -> Array:
         """Noise and what the demonstrations leave open, in the proportions S."""
-        variance = self.posterior.variance(self._inputs(q, xdot)) + np.exp(self.law.theta[-1])
-        return np.asarray(self.scale * variance[..., None, None] * self.output_covariance)
+        variance = self.process.variance(q, xdot)[..., None, None]
+        return np.asarray(self.scale * variance * self.process.output_covariance)
 
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance."""
@@ -171,22 +159,11 @@ class MiNsGp(Predictor):
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Everything but the training data."""
         law = self.law
-        arrays = {
-            "log_weights": law.log_weights,
-            "theta": law.theta,
-            "mean": self.mean,
-            "output_covariance": self.output_covariance,
-            "input_divisor": law.scaling.divisor,
-            "centres": self.posterior.centres,
-            "mean_weights": self.posterior.mean_weights,
-            "variance_root": self.posterior.variance_root,
-            "rows": law.basis.rows,
-            "null": law.basis.null,
-        }
+        arrays, values = self.process.to_arrays()
+        arrays |= {"log_weights": law.log_weights, "rows": law.basis.rows, "null": law.basis.null}
         if law.correlation is not None:
             arrays["correlation"] = law.correlation
-        values = {
-            "kernel": law.scaling.kind,
+        values |= {
             "constant_mean": law.constant_mean,
             "scale": self.scale,
             "score": law.score,
@@ -197,23 +174,25 @@ class MiNsGp(Predictor):
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Array], values: Mapping[str, Any]) -> Self:
         """Rebuilds."""
-        if values["kernel"] not in KERNELS:
-            raise UnsupportedMethodError("kernel", str(values["kernel"]), KERNELS)
-        joints = len(arrays["log_weights"])
+        process = Process.from_arrays(arrays, values)
         law = Law(
             basis=NullSpaceBasis(arrays["rows"], arrays["null"]),
-            scaling=InputScaling(values["kernel"], arrays["input_divisor"], joints),
+            scaling=process.scaling,
             log_weights=arrays["log_weights"],
             correlation=arrays.get("correlation"),
-            theta=arrays["theta"],
+            theta=process.theta,
             constant_mean=bool(values["constant_mean"]),
             score=float(values["score"]),
             evaluations=int(values["evaluations"]),
         )
-        posterior = Posterior(arrays["centres"], arrays["mean_weights"], arrays["variance_root"])
-        return cls(
-            law, arrays["mean"], arrays["output_covariance"], posterior, float(values["scale"])
-        )
+        return cls(law, process, float(values["scale"]))
 
-    def _inputs(self, q: Array, xdot: Array) -> Array:
-        return self.law.scaling.inputs(q, xdot, self.law.theta[:-1])
+
+class NsGp(MiNsGp):
+    """The same process in the null space with all joints alike: the paper's ablation without W.
+
+    Source: NsGP of Vianello et al. 2021, section VI.
+    """
+
+    name: ClassVar[str] = "nsgp"
+    default_weights: ClassVar[WeightKind] = "identity"

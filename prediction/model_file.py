@@ -32,7 +32,7 @@ from prediction.predictor import Predictor
 Array = NDArray[np.float64]
 
 FORMAT = "ergocast-operator-model"
-VERSION = 1
+VERSION = 2
 #: Largest file read, bytes; a trained model is a few megabytes.
 MAX_BYTES = 256 * 2**20
 _ENTRY = "ergocast"
@@ -288,7 +288,7 @@ def _try_out(predictor: Predictor, joints: int) -> None:
         raise ValueError("the null-space axes are not orthonormal")
     answer = predictor.predict(np.zeros(joints), np.zeros(len(rows)), rows)
     _shape("mean", answer.mean, (joints,))
-    _shape("null_factor", answer.null_factor, (joints, null.shape[1]))
+    _shape("null_factor", answer.null_factor, (joints, None))
     if not (np.isfinite(answer.mean).all() and np.isfinite(answer.null_factor).all()):
         raise ValueError("its prediction is not finite")
 

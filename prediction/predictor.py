@@ -88,6 +88,8 @@ class Predictor(ABC):
     """
 
     name: ClassVar[str]
+    #: Whether the mean moves the hand exactly as led.
+    keeps_hand: ClassVar[bool] = True
 
     @classmethod
     @abstractmethod
@@ -127,6 +129,12 @@ class Predictor(ABC):
         self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
     ) -> Array:
         """Returns ``Sigma_y`` ``(..., k, k)``, calibrated."""
+
+    def task_law(
+        self, q: Array, xdot: Array, jacobian: Array, sigma_x: Array
+    ) -> tuple[Array, Array]:
+        """Returns mean ``(..., m)`` and covariance of the hand velocity: as led, give or take."""
+        return xdot, sigma_x
 
     def null_log_density(self, residual: Array, covariance: Array) -> Array:
         """Returns the log density of ``y - mu_y`` under `null_covariance`: Gaussian by default."""
@@ -205,8 +213,9 @@ class Predictor(ABC):
         y = frame.coordinates(qdot - weighted_solution(self.weights_at(q), jacobian, moved))
         residual = y - self.null_mean(q, moved, frame)
         covariance = self.null_covariance(q, moved, frame, jacobian)
+        expected, spread = self.task_law(q, xdot, jacobian, sigma_x)
         return LogDensity(
-            task=gaussian_log_density(moved - xdot, sigma_x),
+            task=gaussian_log_density(moved - expected, spread),
             null_space=self.null_log_density(residual, covariance),
             volume=frame.log_volume,
         )

@@ -146,8 +146,9 @@ def fit_predictor(
     should_stop: ShouldStop | None = None,
 ) -> Predictor:
     """Fits one method on learned-joint demonstrations, with the options that concern it."""
-    if name == MiNsGp.name:
-        return MiNsGp.fit(
+    cls = method_class(name)
+    if issubclass(cls, MiNsGp):
+        return cls.fit(
             demonstrations,
             rng,
             progress=progress,
@@ -156,11 +157,11 @@ def fit_predictor(
             optimizer=options.optimizer,
             engine=options.engine,
             criterion=options.resolved_criterion,
-            weights=options.weights,
+            weights=options.weights if cls is MiNsGp else None,
             max_evaluations=options.max_evaluations,
             max_samples=options.max_samples,
         )
-    return METHODS[name].fit(demonstrations, rng, progress=progress, should_stop=should_stop)
+    return cls.fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
 
 @single_threaded

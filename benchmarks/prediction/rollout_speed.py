@@ -89,7 +89,9 @@ def main() -> None:
     learned = demonstrations.reduced(operator.reduction)
     y = NullSpaceTargets(learned, fitted.basis, fitted.law.correlation).one(fitted.log_weights)
     inputs = fitted.law.scaling.inputs(learned.q, learned.xdot, fitted.law.theta[:-1])
-    exact = exact_posterior(inputs, y - fitted.mean, float(np.exp(fitted.law.theta[-1])))
+    exact = exact_posterior(
+        inputs, y - fitted.process.prior_mean, float(np.exp(fitted.law.theta[-1]))
+    )
     rng = np.random.default_rng(1)
     at = np.repeat(inputs, 2, axis=0)[:SAMPLES] + 0.1 * rng.normal(size=(SAMPLES, inputs.shape[1]))
 
@@ -100,10 +102,12 @@ def main() -> None:
 
     peer = 10 * best_of(3, exact_steps)
     noise = float(np.exp(fitted.law.theta[-1]))
-    deviation = np.sqrt(np.outer(exact.variance(at) + noise, np.diagonal(fitted.output_covariance)))
-    lost = (fitted.posterior.mean(at) - exact.mean(at)) / deviation
+    deviation = np.sqrt(
+        np.outer(exact.variance(at) + noise, np.diagonal(fitted.process.output_covariance))
+    )
+    lost = (fitted.process.posterior.mean(at) - exact.mean(at)) / deviation
     spread = np.sqrt((lost**2).mean())
-    kept = len(fitted.posterior.centres)
+    kept = len(fitted.process.posterior.centres)
     ratio = peer / rows["mi-nsgp"]
     print(f"exact process, {len(inputs)} points: {peer:.2f} s for its mean and variance alone")
     print(f"{'pass' if ratio >= 1.0 else 'FAIL'}  whole roll-out on {kept} centres: x{ratio:.1f}")

@@ -16,6 +16,7 @@ from prediction import (
     MiNsGp,
     TrainingCancelledError,
     UnsupportedMethodError,
+    WIk,
 )
 from prediction.null_space import weighted_solution
 
@@ -34,7 +35,7 @@ def split():
 
 @pytest.fixture(scope="module")
 def fitted(split):
-    options = {"mi-nsgp": {"optimizer": "gradient"}}
+    options = {name: {"optimizer": "gradient"} for name in ("mi-nsgp", "nsgp")}
     return {
         name: cls.fit(split[1], np.random.default_rng(0), **options.get(name, {}))
         for name, cls in METHODS.items()
@@ -46,28 +47,33 @@ def predictor(request, fitted):
     return fitted[request.param]
 
 
-def test_mean_moves_the_hand_exactly_as_led(predictor, split):
+@pytest.fixture(params=sorted(name for name, cls in METHODS.items() if cls.keeps_hand))
+def constrained(request, fitted):
+    return fitted[request.param]
+
+
+def test_mean_moves_the_hand_exactly_as_led(constrained, split):
     test = split[2]
-    mean = predictor.predict(test.q, test.xdot, test.jacobian).mean
+    mean = constrained.predict(test.q, test.xdot, test.jacobian).mean
     np.testing.assert_allclose(np.einsum("tmn,tn->tm", test.jacobian, mean), test.xdot, atol=1e-12)
 
 
-def test_null_space_factor_leaves_the_hand(predictor, split):
+def test_null_space_factor_leaves_the_hand(constrained, split):
     test = split[2]
-    factor = predictor.predict(test.q, test.xdot, test.jacobian).null_factor
+    factor = constrained.predict(test.q, test.xdot, test.jacobian).null_factor
     np.testing.assert_allclose(test.jacobian @ factor, 0.0, atol=1e-10)
 
 
-def test_density_split_is_the_full_gaussian(predictor, split, rng):
+def test_density_split_is_the_full_gaussian(constrained, split, rng):
     test = split[2].take(slice(0, 20))
     # a commanded velocity that differs from the observed one, so that the task term matters
     xdot = test.xdot + 0.003 * rng.normal(size=test.xdot.shape)
-    parts = predictor.log_prob(test.q, xdot, test.qdot, test.jacobian, SIGMA_X)
+    parts = constrained.log_prob(test.q, xdot, test.qdot, test.jacobian, SIGMA_X)
     moved = test.xdot  # the null-space law is that of the velocity the hand really had
-    law = predictor.predict(test.q, moved, test.jacobian)
-    W = predictor.weights_at(test.q)
+    law = constrained.predict(test.q, moved, test.jacobian)
+    W = constrained.weights_at(test.q)
     mean = law.mean + weighted_solution(W, test.jacobian, xdot - moved)
-    if predictor.name == "locov-ik":  # not Gaussian; see test_locov_ik.py
+    if constrained.name == "locov-ik":  # not Gaussian; see test_locov_ik.py
         return
     for i, covariance in enumerate(law.covariance(SIGMA_X)):
         full = multivariate_normal(mean[i], covariance).logpdf(test.qdot[i])
@@ -81,7 +87,7 @@ def test_axes_of_hand_and_null_space_change_nothing(split, rng):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     turned = replace(train, jacobian=turn @ train.jacobian)
     for name, cls in METHODS.items():
-        options = {"optimizer": "gradient"} if name == "mi-nsgp" else {}
+        options = {"optimizer": "gradient"} if name in ("mi-nsgp", "nsgp") else {}
         a = cls.fit(train, np.random.default_rng(0), **options)
         b = cls.fit(turned, np.random.default_rng(0), **options)
         one = a.predict(test.q, test.xdot, test.jacobian).mean
@@ -89,11 +95,11 @@ def test_axes_of_hand_and_null_space_change_nothing(split, rng):
         np.testing.assert_allclose(one, other, atol=2e-4, err_msg=name)
 
 
-def test_null_velocity_is_the_part_of_the_mean_that_weights_do_not_make(predictor, split):
+def test_null_velocity_is_the_part_of_the_mean_that_weights_do_not_make(constrained, split):
     test = split[2]
-    mean = predictor.predict(test.q, test.xdot, test.jacobian).mean
-    followed = weighted_solution(predictor.weights_at(test.q), test.jacobian, test.xdot)
-    null = predictor.null_velocity(test.q, test.xdot, test.jacobian)
+    mean = constrained.predict(test.q, test.xdot, test.jacobian).mean
+    followed = weighted_solution(constrained.weights_at(test.q), test.jacobian, test.xdot)
+    null = constrained.null_velocity(test.q, test.xdot, test.jacobian)
     np.testing.assert_allclose(mean, followed + null, atol=1e-12)
 
 
@@ -283,11 +289,47 @@ def test_cov_ik_is_gaussian_conditioning(fitted, split):
         )
 
 
+def test_a_process_without_the_null_space_misses_the_hand(fitted, split):
+    test = split[2]
+    moved = fitted["gp"].predict(test.q, test.xdot, test.jacobian).mean
+    miss = np.einsum("tmn,tn->tm", test.jacobian, moved) - test.xdot
+    assert 1e-3 < np.sqrt((miss**2).mean()) < 0.1
+    parts = fitted["gp"].log_prob(test.q, test.xdot, test.qdot, test.jacobian, SIGMA_X)
+    law = fitted["gp"].predict(test.q, test.xdot, test.jacobian)
+    for i, covariance in enumerate(law.covariance(SIGMA_X)[:10]):
+        full = multivariate_normal(law.mean[i], covariance).logpdf(test.qdot[i])
+        assert parts.total[i] == pytest.approx(full, abs=1e-6)
+    conditioned = fitted["cc-gp"]
+    S = conditioned.weights
+    law = conditioned.predict(test.q[:5], test.xdot[:5], test.jacobian[:5])
+    for i, J in enumerate(test.jacobian[:5]):
+        gain = S @ J.T @ np.linalg.inv(J @ S @ J.T)
+        mu = conditioned.process.mean(test.q[i], test.xdot[i])
+        np.testing.assert_allclose(law.mean[i], mu + gain @ (test.xdot[i] - J @ mu), atol=1e-9)
+
+
+def test_ablations_learn_their_part_only(fitted, split):
+    raw = split[0]
+    np.testing.assert_array_equal(fitted["nsgp"].weights, 1.0)
+    np.testing.assert_array_equal(fitted["sb-m"].weights, 1.0)
+    learned = np.log(fitted["w-ik"].weights)
+    assert np.std(learned - np.log(raw.law.mobility)) < 0.3
+    nats = {name: held_out_log_likelihood(fitted[name], split) for name in METHODS}
+    assert nats["mi-nsgp"] > nats["nsgp"] > nats["sb-m"] >= nats["minimum-norm"] - 0.1
+    assert nats["w-ik"] > nats["sb-m"]
+
+
+@pytest.mark.parametrize("optimizer", ["gradient", "bipop"])
+def test_weights_alone_are_found_by_either_optimiser(split, fitted, optimizer):
+    found = WIk.fit(split[1], np.random.default_rng(0), optimizer=optimizer, max_evaluations=1500)
+    np.testing.assert_allclose(np.log(found.weights), np.log(fitted["w-ik"].weights), atol=0.02)
+
+
 def test_minimum_norm_is_the_smallest_velocity(fitted, split):
     model: MinimumNormIk = fitted["minimum-norm"]
     test = split[2].take(slice(0, 5))
     law = model.predict(test.q, test.xdot, test.jacobian)
     for i, J in enumerate(test.jacobian):
         np.testing.assert_allclose(law.mean[i], np.linalg.pinv(J) @ test.xdot[i], atol=1e-10)
-        expected = model.variance * (np.eye(5) - np.linalg.pinv(J) @ J)
+        expected = model.covariance[0, 0] * (np.eye(5) - np.linalg.pinv(J) @ J)
         np.testing.assert_allclose(law.covariance(np.zeros((2, 2)))[i], expected, atol=1e-10)
