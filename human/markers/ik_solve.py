@@ -1,0 +1,201 @@
+"""Postures nearest to markers, many frames at once, each frame for itself.
+
+Levenberg-Marquardt on a loss that is quadratic up to a few standard deviations and logarithmic
+beyond, so that a marker that sits on another limb moves nothing.
+
+Source: Levenberg 1944, Marquardt 1963; Huber 1981, chapter 7 (reweighting); the loss derived here:
+its weight ``(k / r)^2`` beyond ``k`` makes a marker's pull fall as 1 / r.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from human.markers.ik_priors import Prior, Pull
+from human.markers.ik_system import MarkerSystem
+from human.model import BASE_NQ, BASE_NV, Array
+from human.threads import single_threaded
+
+Flags = NDArray[np.bool_]
+
+#: Frames worked on at once: their matrices then stay in the processor's cache.
+_CHUNK = 128
+_MOST_STEPS = 60
+#: A step smaller than this everywhere (m, rad) is the last.
+_LAST_STEP = 1e-7
+#: Longest step of any unknown (m, rad).
+_LONGEST_STEP = 0.6
+#: A frame whose last accepted step was longer has not settled.
+_SETTLED_STEP = 1e-3
+_DAMPING_START, _DAMPING_LEAST, _DAMPING_MOST = 1e-4, 1e-12, 1e6
+#: Distance within which a marker counts in full: standard deviations, and metres at least.
+_FULL_SD, _FULL_LEAST_M = 4.0, 0.03
+#: And beyond which it is not believed, in multiples of that.
+_OUTLIER = 2.0
+#: Curvature that keeps a system with nothing seen solvable, 1/m^2 and 1/rad^2.
+_RIDGE = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """Postures of ``B`` frames.
+
+    Attributes:
+        q: ``(B, nq)``.
+        residual_m: ``(B, markers)`` m, zero where unseen.
+        outlier: ``(B, markers)`` seen and not believed.
+        settled: ``(B,)`` the search came to rest.
+        cost: ``(B,)`` half the squared improbability, far markers counting less.
+    """
+
+    q: Array
+    residual_m: Array
+    outlier: Flags
+    settled: Flags
+    cost: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkerProblem:
+    """What stays the same from frame to frame.
+
+    Attributes:
+        system: the model with its markers.
+        prior: likely postures.
+        sd_m: ``(markers,)`` m.
+    """
+
+    system: MarkerSystem
+    prior: Prior
+    sd_m: Array
+
+    @property
+    def full_m(self) -> Array:
+        """Distance ``(markers,)`` m within which a marker counts in full."""
+        return np.maximum(_FULL_SD * self.sd_m, _FULL_LEAST_M)
+
+
+@single_threaded
+def solve(
+    problem: MarkerProblem,
+    q: Array,
+    marker: Array,
+    seen: Array,
+    pull: Pull,
+    *,
+    robust: bool = True,
+) -> Solved:
+    """Finds the most likely posture of each frame.
+
+    Args:
+        problem: model, markers and prior.
+        q: ``(B, nq)`` where to start.
+        marker: ``(B, markers, 3)`` m, world.
+        seen: ``(B, markers)`` 1 where it is seen, else 0.
+        pull: what else is known of the angles.
+        robust: let far markers count less.
+    """
+    parts = [
+        _solve_chunk(
+            problem,
+            q[start : start + _CHUNK],
+            marker[start : start + _CHUNK],
+            seen[start : start + _CHUNK],
+            pull.of(np.arange(start, min(start + _CHUNK, len(q)))),
+            robust,
+        )
+        for start in range(0, len(q), _CHUNK)
+    ]
+    return Solved(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("q", "residual_m", "outlier", "settled", "cost")
+        )
+    )
+
+
+def _solve_chunk(
+    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
+) -> Solved:
+    system, prior = problem.system, problem.prior
+    angles = BASE_NQ + system.free
+    q = q.copy()
+    damping = np.full(len(q), _DAMPING_START)
+    last_step = np.full(len(q), np.inf)
+    active = np.arange(len(q))
+    for _ in range(_MOST_STEPS):
+        here, y, s, known = q[active], marker[active], seen[active], pull.of(active)
+        placed = system.place(here)
+        error = (y - placed.marker) * s[..., None]
+        weight, loss = _weights(problem, error, s, robust)
+        cost = loss + prior.cost(here[:, angles], known)
+        matrix, rhs = system.normal(placed, error, weight)
+        prior.add(matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], here[:, angles], known)
+        diagonal = np.einsum("bkk->bk", matrix)
+        diagonal += _RIDGE + damping[active, None] * diagonal
+        step: Array = np.asarray(np.linalg.solve(matrix, rhs[..., None])[..., 0], dtype=np.float64)
+        longest = np.max(np.abs(step), axis=1)
+        step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300))[:, None]
+        trial = system.moved(here, step)
+        away = (y - system.place(trial).marker) * s[..., None]
+        trial_cost = _weights(problem, away, s, robust)[1] + prior.cost(trial[:, angles], known)
+        # Near the optimum the gain drowns in rounding: a tiny step is taken all the same.
+        better = (trial_cost < cost) | (longest < 1e2 * _LAST_STEP)
+        q[active[better]] = trial[better]
+        last_step[active[better]] = longest[better]
+        damping[active] = np.clip(
+            damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST, None
+        )
+        going = (longest >= _LAST_STEP) & (damping[active] < _DAMPING_MOST)
+        active = active[going]
+        if not len(active):
+            break
+    error = (marker - system.place(q).marker) * seen[..., None]
+    distance = np.linalg.norm(error, axis=-1)
+    outlier = (distance > _OUTLIER * problem.full_m) & (seen > 0.0)
+    cost = _weights(problem, error, seen, True)[1] + prior.cost(q[:, angles], pull)
+    return Solved(q, distance, outlier, last_step < _SETTLED_STEP, cost)
+
+
+@single_threaded
+def angle_sd(problem: MarkerProblem, q: Array, residual_m: Array, seen: Array, pull: Pull) -> Array:
+    """Returns standard deviations ``(B, 6 + k)`` of base (m, rad, world axes) and free angles.
+
+    From the inverse of the normal matrix at the solution: trust in the markers and the prior, not
+    the error that fixed offsets and lengths share over a recording.
+    """
+    system, angles = problem.system, BASE_NQ + problem.system.free
+    out = np.empty((len(q), system.size))
+    for start in range(0, len(q), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        placed = system.place(q[part])
+        weight = _weight_of(problem, residual_m[part], seen[part])
+        matrix, rhs = system.normal(placed, np.zeros_like(placed.marker), weight)
+        known = pull.of(np.arange(start, start + len(weight)))
+        problem.prior.add(
+            matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], q[part][:, angles], known
+        )
+        diagonal = np.einsum("bkk->bk", matrix)
+        diagonal += _RIDGE
+        out[part] = np.sqrt(np.einsum("bkk->bk", np.linalg.inv(matrix)))
+    return out
+
+
+def _weight_of(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
+    far = np.maximum(distance / problem.full_m, 1.0)
+    return np.asarray(seen / problem.sd_m**2 / far**2)
+
+
+def _weights(
+    problem: MarkerProblem, error: Array, seen: Array, robust: bool
+) -> tuple[Array, Array]:
+    """Weights ``(B, markers)`` 1/m^2 and the loss ``(B,)`` they belong to."""
+    scale = seen / problem.sd_m**2
+    square = np.sum(error**2, axis=-1)
+    if not robust:
+        return scale, 0.5 * np.sum(scale * square, axis=-1)
+    limit = problem.full_m**2
+    far = np.maximum(square / limit, 1.0)
+    loss = np.where(far > 1.0, limit * (1.0 + np.log(far)), square)
+    return scale / far, 0.5 * np.sum(scale * loss, axis=-1)
