@@ -1,8 +1,9 @@
 """Readers of recordings: MVNX (versions 3 and 4) and BVH (Xsens and CMU style).
 
 `read_recording` returns a `human.recording.Recording` in house units and axes; `inspect_recording`
-says what a file holds; `human.pose.fit_recording` makes a motion of it. Markers and force plates
-(C3D, TRC, MOT) are read and inspected (`inspect_file`); no motion is made of them yet.
+says what a file holds; `human.pose.fit_recording` makes a motion of it. `read_markers` and
+`read_plates` read markers and force plates (C3D, TRC, MOT, CSV, .mat), of which `human.markers`
+makes a motion; `inspect_file` says what any of these files holds.
 """
 
 from human.readers.axes import UNITS_M
@@ -21,9 +22,11 @@ from human.readers.errors import (
 )
 from human.readers.inspect import Inspection, inspect_recording, inspection_of
 from human.readers.inspect_markers import MarkerInspection, inspect_file
+from human.readers.marker_files import MarkerFormat, marker_format, read_markers, read_plates
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
 from human.readers.read import read_recording
 from human.readers.read_table import read_table
+from human.readers.row_store import forget_pages
 from human.readers.trc import read_trc
 
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
     "ColumnMap",
     "Inspection",
     "MalformedRecordingError",
+    "MarkerFormat",
     "MarkerInspection",
     "OpenSimTable",
     "RecordingFileError",
@@ -39,14 +43,18 @@ __all__ = [
     "TruncatedRecordingError",
     "UnknownFormatError",
     "UnsafeRecordingError",
+    "forget_pages",
     "inspect_file",
     "inspect_recording",
     "inspection_of",
+    "marker_format",
     "plate_forces",
     "read_c3d",
     "read_column_map",
+    "read_markers",
     "read_motive_csv",
     "read_opensim_table",
+    "read_plates",
     "read_recording",
     "read_table",
     "read_trc",

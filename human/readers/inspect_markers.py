@@ -1,29 +1,25 @@
 """What a file of markers or forces holds, as plain values; and the door to any file's inspection.
 
-Markers are not yet turned into a motion, so these formats have an inspection of their own and
-`read_recording` still refuses them.
+Such files hold no skeleton, so they have an inspection of their own; `human.markers` makes a motion
+of them.
 """
 
 import hashlib
 from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from human.marker_recording import MarkerRecording, PlateForces
 from human.readers.c3d import read_c3d
 from human.readers.csv_motive import read_motive_csv
 from human.readers.csv_table import csv_header
 from human.readers.inspect import Inspection, inspect_recording
+from human.readers.marker_files import MarkerFormat, marker_format
 from human.readers.mat_table import mat_arrays
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
-from human.readers.sniff_table import table_format
 from human.readers.trc import read_trc
 from human.recording import Finding, Gap
-
-MarkerFormat = Literal["c3d", "trc", "opensim-table", "motive-csv", "csv", "mat"]
-_HEAD_BYTES = 1 << 16
-_C3D_KEY = 0x50
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +83,7 @@ def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
         RecordingFileError: the file cannot be read at all.
     """
     file = Path(path)
-    kind = _kind(file)
+    kind = marker_format(file)
     if kind is None:
         return inspect_recording(file)
     with file.open("rb") as stream:
@@ -100,21 +96,6 @@ def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
     if kind == "motive-csv":
         return _of_markers(read_motive_csv(file, digest), kind)
     return _of_markers((read_c3d if kind == "c3d" else read_trc)(file, digest), kind)
-
-
-def _kind(path: Path) -> MarkerFormat | None:
-    """Returns the format by the file's first bytes; None leaves it to `inspect_recording`."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
-    except OSError:
-        return None
-    if len(head) > 1 and head[1] == _C3D_KEY and head[0] <= 64 and b"\x00" in head:
-        return "c3d"
-    if head.startswith(b"PathFileType"):
-        return "trc"
-    lines = [line.strip().lower() for line in head.split(b"\n")]
-    return "opensim-table" if b"endheader" in lines else table_format(path)
 
 
 def _of_columns(

@@ -1,18 +1,28 @@
 """Doors to files of markers and of force plates, whatever their format."""
 
 import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Literal
 
 from human.marker_recording import MarkerRecording, PlateForces
 from human.readers.c3d import read_c3d
-from human.readers.errors import UnknownFormatError
+from human.readers.csv_motive import read_motive_csv
+from human.readers.errors import AmbiguousRecordingError, UnknownFormatError
 from human.readers.opensim_table import plate_forces, read_opensim_table
+from human.readers.read_table import read_table
+from human.readers.sniff_table import table_format
 from human.readers.trc import read_trc
 
-MarkerFormat = Literal["c3d", "trc", "opensim-table"]
+MarkerFormat = Literal["c3d", "trc", "opensim-table", "motive-csv", "csv", "mat"]
 
+_MARKERS: Mapping[MarkerFormat | None, Callable[[Path, str], MarkerRecording]] = {
+    "c3d": read_c3d,
+    "trc": read_trc,
+    "motive-csv": read_motive_csv,
+}
 _HEAD_BYTES = 1 << 16
 #: Second byte of every C3D file; the first counts blocks of 512 bytes.
 _C3D_KEY = 0x50
@@ -33,52 +43,69 @@ def marker_format(path: str | PathLike[str]) -> MarkerFormat | None:
     if head.startswith(b"PathFileType"):
         return "trc"
     lines = [line.strip().lower() for line in head.split(b"\n")]
-    return "opensim-table" if b"endheader" in lines else None
+    return "opensim-table" if b"endheader" in lines else table_format(Path(path))
 
 
 def read_markers(
-    path: str | PathLike[str], *, units: str | None = None, up: str | None = None
+    path: str | PathLike[str], columns: str | PathLike[str] | None = None
 ) -> MarkerRecording:
     """Reads markers, and the force plates of the same file if it has any.
 
     Args:
-        path: a C3D or TRC file.
-        units: unit of length that overrides the file's, a key of `UNITS_M`.
-        up: vertical axis that overrides the file's.
+        path: a C3D or TRC file, Motive's CSV, or with a column map any CSV or .mat file.
+        columns: the column map; see `read_column_map`.
 
     Raises:
-        RecordingFileError: the file is of another format, damaged or ambiguous.
+        RecordingFileError: the file is of another format, damaged, or holds no markers.
     """
     file = Path(path)
     kind = marker_format(file)
-    if kind not in ("c3d", "trc"):
-        raise UnknownFormatError(
-            file.name, "markers: a C3D or TRC file", "another", "Give the file of markers."
-        )
+    if kind in ("csv", "mat"):
+        table = read_table(file, _needed(columns, file))
+        if table.markers is None:
+            raise UnknownFormatError(file.name, "markers in the column map", "none")
+        return replace(table.markers, plates=table.plates)
+    if kind not in _MARKERS:
+        raise UnknownFormatError(file.name, "markers: C3D, TRC, CSV or .mat", "another file")
     with file.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    return (read_c3d if kind == "c3d" else read_trc)(file, digest, units, up)
+    return _MARKERS[kind](file, digest)
 
 
-def read_plates(path: str | PathLike[str], *, up: str = "y") -> PlateForces:
+def read_plates(
+    path: str | PathLike[str], columns: str | PathLike[str] | None = None
+) -> PlateForces:
     """Reads force plates.
 
     Args:
-        path: a MOT or STO table, or a C3D file with plates.
-        up: vertical axis of a table, which does not state it; y is OpenSim's.
+        path: a MOT or STO table (y up, as OpenSim's are), a C3D file with plates, or with a column
+            map a CSV or .mat file.
+        columns: the column map; see `read_column_map`.
 
     Raises:
         RecordingFileError: the file is of another format, damaged, or has no plates.
     """
     file = Path(path)
     kind = marker_format(file)
+    plates: PlateForces | None = None
     if kind == "opensim-table":
-        return plate_forces(read_opensim_table(file), up=up)
-    if kind == "c3d":
+        plates = plate_forces(read_opensim_table(file))
+    elif kind == "c3d":
         plates = read_c3d(file).plates
-        if plates is not None:
-            return plates
-    raise UnknownFormatError(
-        file.name, "force plates: a MOT or STO table, or a C3D file with plates", "none",
-        "Give the file that holds the forces.",
-    )  # fmt: skip
+    elif kind in ("csv", "mat"):
+        plates = read_table(file, _needed(columns, file)).plates
+    if plates is None:
+        raise UnknownFormatError(
+            file.name, "force plates: MOT, STO, C3D with plates, CSV or .mat", "none",
+            "Give the file that holds the forces.",
+        )  # fmt: skip
+    return plates
+
+
+def _needed(columns: str | PathLike[str] | None, file: Path) -> str | PathLike[str]:
+    if columns is None:
+        raise AmbiguousRecordingError(
+            file.name, "a column map that says what its columns hold", "none", "columns",
+            "Write one, as the readers' README shows.",
+        )  # fmt: skip
+    return columns
