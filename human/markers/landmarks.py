@@ -6,7 +6,6 @@ Inside the measuring of a person only: nothing here leaves `human.markers` with 
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from human.marker_recording import MarkerRecording
 from human.markers.recognise import RecognisedMarkers
@@ -60,7 +59,7 @@ class Landmarks:
 
     def middle(self, *roles: str) -> Array:
         """Returns the mean of several points, NaN where one of them is not seen."""
-        return np.mean([self.of(role) for role in roles], axis=0)
+        return np.asarray(np.mean([self.of(role) for role in roles], axis=0))
 
     def first(self, *choices: str | tuple[str, ...]) -> tuple[Array, str | tuple[str, ...] | None]:
         """Returns the first choice that is ever seen, and which; a tuple stands for its middle."""
@@ -110,17 +109,17 @@ def axes_along(main: Array, axis: int, hint: Array, hint_axis: int) -> Array:
 
 def in_axes(axes: Array, vector: Array) -> Array:
     """Returns world vectors ``(n, 3)`` in the axes ``(n, 3, 3)``."""
-    return np.einsum("nji,nj->ni", axes, vector)
+    return np.asarray((np.swapaxes(axes, -1, -2) @ vector[..., None])[..., 0])
 
 
-def from_axes(axes: Array, vector: ArrayLike) -> Array:
-    """Returns vectors ``(3,)`` or ``(n, 3)`` of the axes ``(n, 3, 3)`` in world."""
-    return np.einsum("nij,...j->ni" if np.ndim(vector) == 1 else "nij,nj->ni", axes, vector)
+def from_axes(axes: Array, vector: Array) -> Array:
+    """Returns a vector ``(3,)`` of the axes ``(n, 3, 3)`` in world, ``(n, 3)``."""
+    return np.asarray(axes @ vector)
 
 
 def median(values: Array) -> Array:
     """Returns the median over frames of ``(n, ...)`` without NaN; NaN where nothing is left."""
-    flat = values.reshape(len(values), -1)
+    flat = values.reshape(len(values), int(np.prod(values.shape[1:])))
     out = np.full(flat.shape[1], np.nan)
     some = np.any(np.isfinite(flat), axis=0)
     out[some] = np.nanmedian(flat[:, some], axis=0)

@@ -17,6 +17,10 @@ SCHEMA = 1
 #: Trust (m) in a marker whose entry states none.
 DEFAULT_SD_M = 0.010
 _SD_RANGE_M = (0.0005, 0.1)
+#: Angle by which the plane of the four iliac spines dips forward in a standing person, degrees:
+#: the mean of Levine and Whittle 1996 (11.3), rounded.
+PELVIS_DIP_DEG = 12.0
+_DIP_RANGE_DEG = (-45.0, 45.0)
 _MOST_MARKERS = 1000
 _LONGEST_NAME = 200
 #: What video pipelines add to the names of the markers they make up.
@@ -29,6 +33,7 @@ _MIDLINE_ROLES = {
     "jugular_notch": "upper end of the breastbone",
     "xiphoid": "lower end of the breastbone",
 }
+_KEYS = ("schema", "name", "title", "source", "not_markers", "pelvis_dip_deg", "markers")
 _SIDED_ROLES = {
     "asis": "anterior superior iliac spine",
     "psis": "posterior superior iliac spine",
@@ -99,6 +104,8 @@ class MarkerSet:
         title: what it is.
         source: who described it.
         places: its markers.
+        pelvis_dip_deg: angle by which the plane of the four pelvis markers dips forward in a
+            standing person; other than usual where they sit on a belt.
         not_markers: shell patterns of names that files with this set hold beside the markers:
             axes, angles and moments computed by other software.
     """
@@ -108,6 +115,7 @@ class MarkerSet:
     source: str
     places: tuple[MarkerPlace, ...]
     not_markers: tuple[str, ...] = ()
+    pelvis_dip_deg: float = PELVIS_DIP_DEG
 
     def find(self, label: str) -> MarkerPlace | None:
         """Returns the place of a marker by its name in a file, or None.
@@ -139,15 +147,16 @@ def marker_set_from_dict(value: object) -> MarkerSet:
     """Makes a marker set of its parsed description.
 
     Args:
-        value: ``{"schema": 1, "name", "title", "source", "not_markers": [...], "markers": [{"name",
-            "also": [...], "segment", "role", "sd_m", "tracked"}, ...]}``; of a marker only ``name``
-            and ``segment`` are required.
+        value: ``{"schema": 1, "name", "title", "source", "not_markers": [...], "pelvis_dip_deg",
+            "markers": [{"name", "also": [...], "segment", "role", "sd_m", "tracked"}, ...]}``;
+            only ``schema``, ``name`` and ``markers``, and of a marker ``name`` and ``segment``, are
+            required.
 
     Raises:
         MarkerSetError: anything is missing, unknown or of another kind; it names the entry.
     """
     top = _mapping(value, "file")
-    _only(top, ("schema", "name", "title", "source", "not_markers", "markers"), "file")
+    _only(top, _KEYS, "file")
     if top.get("schema") != SCHEMA:
         raise MarkerSetError("schema", f"expected {SCHEMA}, got {top.get('schema')!r}.")
     rows = top.get("markers")
@@ -172,6 +181,9 @@ def marker_set_from_dict(value: object) -> MarkerSet:
         source=_text(top.get("source", ""), "source", empty=True),
         places=places,
         not_markers=_texts(top.get("not_markers", []), "not_markers"),
+        pelvis_dip_deg=_number(
+            top.get("pelvis_dip_deg", PELVIS_DIP_DEG), _DIP_RANGE_DEG, "degrees", "pelvis_dip_deg"
+        ),
     )
 
 
@@ -188,15 +200,12 @@ def _place(value: object, place: str) -> MarkerPlace:
     role = row.get("role")
     if role is not None and role not in ROLES:
         raise MarkerSetError(place, f"role: expected one of {', '.join(ROLES)}, got {role!r}.")
-    sd = row.get("sd_m", DEFAULT_SD_M)
-    low, high = _SD_RANGE_M
-    if isinstance(sd, bool) or not isinstance(sd, int | float) or not low <= sd <= high:
-        raise MarkerSetError(place, f"sd_m: expected metres from {low:g} to {high:g}, got {sd!r}.")
+    sd = _number(row.get("sd_m", DEFAULT_SD_M), _SD_RANGE_M, "metres", f"{place}, sd_m")
     tracked = row.get("tracked", True)
     if not isinstance(tracked, bool):
         raise MarkerSetError(place, f"tracked: expected true or false, got {tracked!r}.")
     also = _texts(row.get("also", []), f"{place}.also")
-    return MarkerPlace(name, str(segment), also, role, float(sd), tracked)
+    return MarkerPlace(name, str(segment), also, role, sd, tracked)
 
 
 def _mapping(value: object, place: str) -> dict[str, Any]:
@@ -211,6 +220,13 @@ def _only(value: dict[str, Any], known: tuple[str, ...], place: str) -> None:
         raise MarkerSetError(
             place, f"expected only {', '.join(known)}, got {', '.join(map(repr, strange))}."
         )
+
+
+def _number(value: object, accepted: tuple[float, float], unit: str, place: str) -> float:
+    low, high = accepted
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise MarkerSetError(place, f"expected {unit} from {low:g} to {high:g}, got {value!r:.60}.")
+    return float(value)
 
 
 def _text(value: object, place: str, *, empty: bool = False) -> str:

@@ -13,14 +13,14 @@ from human.markers.landmarks import (
     median,
     unit,
 )
+from human.markers.marker_set import PELVIS_DIP_DEG
 from human.model import Array, Sex, Subject
 
-#: Angle by which the plane of the four iliac spines dips forward in a standing person, and by
-#: which the line from C7 to the upper end of the breastbone does. The first is the mean of Levine
-#: and Whittle 1996 (11.3 deg), rounded; the second chosen here, after standing people whose chest
-#: has all four points.
-PELVIS_DIP_RAD = np.deg2rad(12.0)
-CHEST_DIP_RAD = np.deg2rad(26.0)
+#: Angle by which the plane of the iliac spines dips forward in a standing person, and by which the
+#: line from C7 to the upper end of the breastbone does; the second chosen here, after standing
+#: people whose chest has all four points.
+_PELVIS_DIP_RAD = np.deg2rad(PELVIS_DIP_DEG)
+_CHEST_DIP_RAD = np.deg2rad(26.0)
 #: Harrington et al. 2007: hip centre in the plane of the iliac spines from the middle of the front
 #: ones: forward per pelvis depth, up and outward per pelvis width, and a constant (m).
 _HARRINGTON = {"x": (-0.24, -0.0099), "z": (-0.30, -0.0109), "y": (0.33, 0.0073)}
@@ -55,11 +55,12 @@ class Pelvis:
     notes: tuple[str, ...]
 
 
-def measure_pelvis(landmarks: Landmarks, sex: Sex) -> Pelvis:
+def measure_pelvis(landmarks: Landmarks, sex: Sex, dip_deg: float = PELVIS_DIP_DEG) -> Pelvis:
     """Measures the pelvis.
 
     Args:
         landmarks: with both front spines and the back ones or their middle.
+        dip_deg: see `MarkerSet`.
         sex: for the lumbar joint; the mean of both where unknown.
 
     Source: axes after Wu et al. 2002 (ISB), turned back by the dip of a standing pelvis; hips as
@@ -68,7 +69,7 @@ def measure_pelvis(landmarks: Landmarks, sex: Sex) -> Pelvis:
     front = landmarks.middle("right_asis", "left_asis")
     back, _ = landmarks.first(("right_psis", "left_psis"), "sacrum")
     across = landmarks.of("left_asis") - landmarks.of("right_asis")
-    plane = axes_along(across, 1, front - back, 0)
+    plane = axes_along(across, 1, front - back, 0) @ _about_y(_PELVIS_DIP_RAD - np.deg2rad(dip_deg))
     width = float(median(np.linalg.norm(across, axis=-1)))
     depth = float(median(np.linalg.norm(front - back, axis=-1)))
     hip_in_plane, regression = {}, []
@@ -82,7 +83,7 @@ def measure_pelvis(landmarks: Landmarks, sex: Sex) -> Pelvis:
     forward, up = _of_sex(_LUMBAR, sex)
     lumbar = np.array([forward * width, 0.0, up * width])
     middle = 0.5 * (hip_in_plane["Right"] + hip_in_plane["Left"])
-    dip = _about_y(-PELVIS_DIP_RAD)
+    dip = _about_y(-_PELVIS_DIP_RAD)
     axes = plane @ dip
     origin = front + from_axes(plane, middle)
     local = {side: dip.T @ (hip_in_plane[side] - middle) for side in SIDES}
@@ -160,7 +161,7 @@ def measure_chest(landmarks: Landmarks, subject: Subject) -> Chest | None:
     else:
         hips = landmarks.of("left_asis") - landmarks.of("right_asis")
         across = shoulders if np.any(np.isfinite(shoulders)) else hips
-        axes = axes_along(ahead, 0, across, 1) @ _about_y(-CHEST_DIP_RAD)
+        axes = axes_along(ahead, 0, across, 1) @ _about_y(-_CHEST_DIP_RAD)
     depth = float(median(np.linalg.norm(ahead, axis=-1)))
     ratio, angle = _of_sex(_CERVICAL, subject.sex)
     lean = unit(ahead)

@@ -23,6 +23,7 @@ from human.markers.landmarks import (
     share_turn,
 )
 from human.markers.limbs import Limb, measure_arm, measure_leg, toe_point
+from human.markers.marker_set import PELVIS_DIP_DEG
 from human.markers.pelvis_chest import Chest, Pelvis, measure_chest, measure_pelvis
 from human.model import Array, Subject
 from human.names import mirrored
@@ -52,17 +53,20 @@ class Skeleton:
     notes: tuple[str, ...]
 
 
-def measure_skeleton(landmarks: Landmarks, subject: Subject) -> Skeleton:
+def measure_skeleton(
+    landmarks: Landmarks, subject: Subject, pelvis_dip_deg: float = PELVIS_DIP_DEG
+) -> Skeleton:
     """Measures the joints of a person.
 
     Args:
         landmarks: their bony points; the pelvis's must be seen in every frame.
         subject: stature and sex, for what the points do not show.
+        pelvis_dip_deg: see `MarkerSet`.
     """
     model = generate_model(subject)
     generic = dict(zip(model.joint_names, model.offsets, strict=True))
     offsets: dict[str, Array] = {}
-    pelvis = measure_pelvis(landmarks, subject.sex)
+    pelvis = measure_pelvis(landmarks, subject.sex, pelvis_dip_deg)
     axes, origin = {"Pelvis": pelvis.axes}, {"Pelvis": pelvis.origin}
     notes = list(pelvis.notes)
     offsets["jL5S1"] = pelvis.lumbar_local
@@ -93,7 +97,7 @@ def measure_skeleton(landmarks: Landmarks, subject: Subject) -> Skeleton:
             notes += arm.notes
         _measure_head(landmarks, chest, generic["jC1Head"], axes, origin)
     measured = {name: value for name, value in offsets.items() if np.all(np.isfinite(value))}
-    for joint in set(offsets) - set(measured):
+    for joint in generic.keys() - measured.keys():
         if mirrored(joint) in measured:
             measured[joint] = measured[mirrored(joint)] * [1.0, -1.0, 1.0]
     return Skeleton(
