@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.errors import RecordingError
+from human.mapped_arrays import forget_pages
 from human.recording import ReadingReport
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _GRAVITY = 9.81
+_CHECKED_AT_ONCE = 4096
 #: Below this vertical force the point of application is noise divided by noise.
 _LEAST_LOAD_N = 20.0
 
@@ -159,10 +161,16 @@ class MarkerRecording:
                 f"{self.source}, markers: expected positions of shape {(*expected, 3)} and a mask "
                 f"of {expected}, got {self.position.shape} and {self.valid.shape}."
             )
-        if not np.all(np.isfinite(self.position)):
+        strange = 0
+        # Part by part: positions of a long recording lie in a file.
+        for start in range(0, len(self.position), _CHECKED_AT_ONCE):
+            part = self.position[start : start + _CHECKED_AT_ONCE]
+            strange += int(np.count_nonzero(~np.isfinite(part)))
+            forget_pages(part)
+        if strange:
             raise RecordingError(
-                f"{self.source}, markers: expected finite positions, got "
-                f"{int(np.sum(~np.isfinite(self.position)))} values that are not."
+                f"{self.source}, markers: expected finite positions, got {strange} values that are "
+                "not."
             )
 
     @property

@@ -8,11 +8,14 @@ from human.markers.body import MarkerBody
 from human.markers.errors import (
     MarkerBodyError,
     MarkerError,
+    MarkerFitError,
     MarkerSetError,
     MarkersRefusedError,
     MissingLandmarksError,
     UnknownMarkerSetError,
 )
+from human.markers.fitted import FittedMarkers
+from human.markers.ik import MARKER_WINDOW_S, fit_markers, fit_markers_in_windows
 from human.markers.marker_set import ROLES, MarkerPlace, MarkerSet, marker_set_from_dict
 from human.markers.recognise import (
     RecognisedMarkers,
@@ -23,10 +26,13 @@ from human.markers.recognise import (
 from human.markers.static import body_from_static
 
 __all__ = [
+    "MARKER_WINDOW_S",
     "ROLES",
+    "FittedMarkers",
     "MarkerBody",
     "MarkerBodyError",
     "MarkerError",
+    "MarkerFitError",
     "MarkerPlace",
     "MarkerSet",
     "MarkerSetError",
@@ -35,6 +41,8 @@ __all__ = [
     "RecognisedMarkers",
     "UnknownMarkerSetError",
     "body_from_static",
+    "fit_markers",
+    "fit_markers_in_windows",
     "known_marker_sets",
     "marker_set_from_dict",
     "match_markers",

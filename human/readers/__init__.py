@@ -23,10 +23,10 @@ from human.readers.errors import (
 from human.readers.inspect import Inspection, inspect_recording, inspection_of
 from human.readers.inspect_markers import MarkerInspection, inspect_file
 from human.readers.marker_files import MarkerFormat, marker_format, read_markers, read_plates
+from human.readers.marker_set_file import read_marker_set
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
 from human.readers.read import read_recording
 from human.readers.read_table import read_table
-from human.readers.row_store import forget_pages
 from human.readers.trc import read_trc
 
 __all__ = [
@@ -43,7 +43,6 @@ __all__ = [
     "TruncatedRecordingError",
     "UnknownFormatError",
     "UnsafeRecordingError",
-    "forget_pages",
     "inspect_file",
     "inspect_recording",
     "inspection_of",
@@ -51,6 +50,7 @@ __all__ = [
     "plate_forces",
     "read_c3d",
     "read_column_map",
+    "read_marker_set",
     "read_markers",
     "read_motive_csv",
     "read_opensim_table",

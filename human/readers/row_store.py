@@ -4,7 +4,6 @@ An hour of fifty markers at 100 Hz is half a gigabyte of positions, of which onl
 worked on.
 """
 
-import mmap
 from collections.abc import Callable, Iterator
 from tempfile import TemporaryFile
 from typing import IO
@@ -75,18 +74,3 @@ class RowStore:
             self._file.seek(start * self._width * 8)
             content = self._file.read(count * self._width * 8)
             yield start, np.frombuffer(content, dtype=np.float64).reshape(count, self._width)
-
-
-def forget_pages(array: Array) -> None:
-    """Lets the system take back the memory of what was read of a mapped array; it can be read on.
-
-    Args:
-        array: as `RowStore.array` returned it, or any view of it; others are left alone.
-    """
-    base: object = array
-    while isinstance(base, np.ndarray):
-        mapped = getattr(base, "_mmap", None)
-        if mapped is not None and hasattr(mapped, "madvise"):
-            mapped.madvise(mmap.MADV_DONTNEED)
-            return
-        base = base.base

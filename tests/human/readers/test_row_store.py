@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from human.readers.row_store import RowStore, forget_pages
+from human.mapped_arrays import forget_pages
+from human.readers.row_store import RowStore
 
 
 @pytest.mark.parametrize("in_memory_bytes", [0, 400, 1 << 20])
