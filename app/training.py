@@ -20,7 +20,6 @@ from prediction import (
     join,
     scores_to_dict,
     train_operator,
-    with_method,
 )
 
 #: Told what is being done and the share done.
@@ -91,7 +90,6 @@ def train(
     *,
     seed: int,
     options: TrainingOptions,
-    choose: bool = False,
     progress: Progress | None = None,
     notes: Sequence[str] = (),
     rate_hz: float = 30.0,
@@ -104,8 +102,6 @@ def train(
         hand: The hand that is led.
         seed: Seed of everything.
         options: How to train.
-        choose: Take as default whichever of the trained method and Cov-IK errs less in
-            closed-loop roll-outs on held-out motion, instead of ``options.method``.
         progress: Told what is being done and the share done.
         notes: Carried over.
         rate_hz: Demonstrations are thinned to at most this rate.
@@ -139,24 +135,7 @@ def train(
         metrics=scores_to_dict(scores),
         progress=report(_COMPARING, 1.0 - _COMPARING),
     )
-    chosen_by = "asked for"
-    if choose:
-        method, chosen_by = _choice(scores, options.method)
-        operator = with_method(operator, method)
+    chosen_by = str(operator.training["chosen_by"])
     metrics = {**operator.metrics, "chosen_by": chosen_by}
     ordered = sorted(scores, key=lambda score: score.method != operator.method)
     return Trained(replace(operator, metrics=metrics), tuple(ordered), chosen_by, tuple(notes))
-
-
-def _choice(scores: Sequence[MethodScore], trained: str) -> tuple[str, str]:
-    contenders = {s.method: s for s in scores if s.method in (trained, "cov-ik")}
-    measured = {
-        name: score.rollout_rmse_deg
-        for name, score in contenders.items()
-        if score.rollout_rmse_deg is not None
-    }
-    if len(measured) < len(contenders):
-        best = max(contenders.values(), key=lambda score: score.null_log_likelihood).method
-        return best, "greatest held-out likelihood (too little motion for roll-outs)"
-    best = min(measured, key=lambda name: measured[name])
-    return best, "least joint error in held-out roll-outs"

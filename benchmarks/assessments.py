@@ -45,7 +45,7 @@ def trained_operator(folder: Path) -> tuple[Operator, Any]:
         ).motion
         for way in scene.trajectories
     ]
-    options = TrainingOptions(optimizer="gradient", blocks=2, max_samples=350)
+    options = TrainingOptions(method="mi-nsgp", optimizer="gradient", blocks=2, max_samples=350)
     trained = train(who.model, motions, "right", seed=0, options=options)
     save_model(folder / "operator.safetensors", trained.operator)
     return open_operator(folder / "operator.safetensors"), scene

@@ -106,7 +106,7 @@ def compare(
     first_test_frame = len(train)
     stretches = Stretches.of(test, HORIZON_S, overlap=1.0 - START_EVERY_S / HORIZON_S, at_most=100)
     # The gradient reaches BIPOP's optimum in far fewer evaluations.
-    shipped = TrainingOptions(tasks=("pose",), optimizer="gradient")
+    shipped = TrainingOptions(method="mi-nsgp", tasks=("pose",), optimizer="gradient")
     papers = replace(shipped, criterion="marginal", weights="diagonal")
     operator = train_operator(chain, train, seed=seed, options=shipped)
     literal = train_operator(chain, train, seed=seed, options=papers)

@@ -158,12 +158,16 @@ class Calibration:
             after.
         coverage_rollout: Share of held-out postures in the sampled 90 % band, before the last
             scaling; None if they were too short to roll out on.
+        rollout_rmse_deg: Joint error of the central paths on the held-out parts, or None as above.
+        null_log_likelihood: Held-out density of the null-space velocity, nats, with the factor.
     """
 
     band: PostureBand
     variance_factor: float
     coverage_one_step: tuple[float, float]
     coverage_rollout: float | None
+    rollout_rmse_deg: float | None
+    null_log_likelihood: float
 
 
 def calibrate(
@@ -206,11 +210,13 @@ def calibrate(
     moment = learned.qdot.T @ learned.qdot / len(learned)
     moment = moment + 0.1 * np.diag(np.diagonal(moment))
     folds: list[_Fold] = []
+    parts: list[tuple[Predictor, Demonstrations]] = []
     white, inside = [], []
     for block in learned.blocks(blocks):
         check_stop(should_stop)
         fitted = predictor.refitted(learned.take(~block))
         held = learned.take(block)
+        parts.append((fitted, held))
         white.append(fitted.standardised_residuals(held))
         inside.append(_standardised_joints(fitted, held))
         follower = Follower(
@@ -232,12 +238,15 @@ def calibrate(
         float((standard <= NINETY).mean()),
         float((standard <= NINETY * np.sqrt(factor)).mean()),
     )
+    nats = np.concatenate([_null_density(fitted.rescaled(factor), held) for fitted, held in parts])
+    density = float(nats.mean())
     if not folds:
         scatter = np.sqrt(factor) * 0.3 * np.linalg.cholesky(0.5 * moment)
-        return Calibration(PostureBand(scatter, 1.0, moment), factor, one_step, None)
-    band = _fit(folds, rng, reduction)
+        band = PostureBand(scatter, 1.0, moment)
+        return Calibration(band, factor, one_step, None, None, density)
+    band, error = _fit(folds, rng, reduction)
     covered, ratio = _sampled(folds, band, rng, samples, reduction)
-    return Calibration(band.rescaled(ratio), factor, one_step, covered)
+    return Calibration(band.rescaled(ratio), factor, one_step, covered, error, density)
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,10 +262,19 @@ def _standardised_joints(predictor: Predictor, held: Demonstrations) -> Array:
     return np.asarray(np.abs(held.qdot - prediction.mean) / np.maximum(deviation, 1e-12))
 
 
-def _fit(folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction) -> PostureBand:
-    errors, travelled, widened = [], [], []
+def _null_density(predictor: Predictor, held: Demonstrations) -> Array:
+    sigma_x = np.eye(held.jacobian.shape[1])  # of the task term, which is not asked for
+    return predictor.log_prob(held.q, held.xdot, held.qdot, held.jacobian, sigma_x).null_space
+
+
+def _fit(
+    folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction
+) -> tuple[PostureBand, float]:
+    """Returns the band of the central paths' errors, and their root mean square, deg."""
+    errors, travelled, widened, squares = [], [], [], []
     for fold in folds:
         held = run_held_out(fold.follower, fold.demonstrations, fold.stretches, 0, rng)
+        squares.append((held.error[:, 1:] ** 2).ravel())
         moved = held.run.travelled > 1e-3
         errors.append(held.error[..., reduction.kept][moved])
         travelled.append(held.run.travelled[moved])
@@ -266,12 +284,13 @@ def _fit(folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction
         widened.append(mean[moved])
     band = folds[0].follower.band
     assert band is not None
-    return fit_band(
+    fitted = fit_band(
         np.concatenate(errors),
         np.concatenate(travelled),
         np.concatenate(widened),
         band.rate_moment,
     )
+    return fitted, float(np.degrees(np.sqrt(np.concatenate(squares).mean())))
 
 
 def _sampled(

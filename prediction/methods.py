@@ -16,6 +16,9 @@ METHODS: Mapping[str, type[Predictor]] = MappingProxyType(
     {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk, CcGp, NsGp, WIk, SbM, Gp)}
 )
 BASELINES: tuple[str, ...] = (CovIk.name, MinimumNormIk.name)
+#: Asked for instead of a method: train the candidates and take what held-out motion prefers.
+AUTO = "auto"
+CANDIDATES: tuple[str, ...] = (MiNsGp.name, LoCovIk.name, CcGp.name, CovIk.name)
 
 
 def method_class(name: str) -> type[Predictor]:

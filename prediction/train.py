@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from human import Chain, Motion
 from human.threads import single_threaded
 from prediction.chain import TASKS, JointReduction, Task, TaskChain
+from prediction.choice import Choice, choose_method
 from prediction.demonstrations import (
     Demonstrations,
     demonstrations_from_samples,
@@ -23,7 +24,7 @@ from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kernels import KernelKind
 from prediction.law_search import Criterion, EngineName, WeightKind
-from prediction.methods import BASELINES, METHODS, method_class
+from prediction.methods import AUTO, BASELINES, CANDIDATES, METHODS, method_class
 from prediction.mi_nsgp import MAX_SAMPLES, MiNsGp
 from prediction.model_file import model_bytes, model_from_bytes
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
@@ -38,7 +39,8 @@ class TrainingOptions:
     """How to train.
 
     Attributes:
-        method: The method to use by default; the baselines are always trained beside it.
+        method: The method to use by default, or ``auto``: the one of `CANDIDATES` that held-out
+            parts of the demonstrations prefer. The baselines are always trained beside it.
         tasks: ``pose``, ``position`` or both; each is a model of its own.
         kernel: See `MiNsGp.fit`.
         optimizer: See `MiNsGp.fit`.
@@ -51,7 +53,7 @@ class TrainingOptions:
         blocks: Parts the demonstrations are cut into to measure bands.
     """
 
-    method: str = MiNsGp.name
+    method: str = AUTO
     tasks: tuple[Task, ...] = TASKS
     kernel: KernelKind = "separate"
     optimizer: Optimizer = "bipop"
@@ -64,7 +66,8 @@ class TrainingOptions:
 
     def __post_init__(self) -> None:
         """Refuses what is not known."""
-        method_class(self.method)
+        if self.method != AUTO:
+            method_class(self.method)
         for task in self.tasks:
             if task not in TASKS:
                 raise UnsupportedMethodError("task", str(task), TASKS)
@@ -78,8 +81,9 @@ class TrainingOptions:
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """Methods trained: the chosen one and the baselines."""
-        return tuple(dict.fromkeys((self.method, *BASELINES)))
+        """Methods trained: the chosen one or the candidates, and the baselines."""
+        asked = CANDIDATES if self.method == AUTO else (self.method,)
+        return tuple(dict.fromkeys((*asked, *BASELINES)))
 
 
 def demonstrations_from_motion(
@@ -218,9 +222,13 @@ def train_operator(
             should_stop,
         )
     q = demonstrations.q
+    chosen = Choice(options.method, "asked for")
+    if options.method == AUTO:
+        held_out = {name: methods[name, options.tasks[0]].metrics for name in options.methods}
+        chosen = choose_method(held_out)
     model = OperatorModel(
         methods=methods,
-        method=options.method,
+        method=chosen.method,
         reduction=reduction,
         familiarity=Familiarity.of(learned, options.blocks),
         demonstrated=np.stack([q.min(axis=0), q.max(axis=0)]),
@@ -242,6 +250,7 @@ def train_operator(
                 "max_samples": options.max_samples,
                 "blocks": options.blocks,
             },
+            "chosen_by": chosen.reason,
             "samples": len(demonstrations),
             "takes": len(np.unique(demonstrations.trajectory_id)),
             "duration_s": _duration(demonstrations),
@@ -294,6 +303,8 @@ def _train_one(
         "coverage90_one_step_before": calibration.coverage_one_step[0],
         "coverage90_one_step_after": calibration.coverage_one_step[1],
         "coverage90_rollout_before": calibration.coverage_rollout,
+        "rollout_rmse_deg_held_out": calibration.rollout_rmse_deg,
+        "null_log_likelihood_held_out": calibration.null_log_likelihood,
         "band_length": calibration.band.length,
     }
     return FittedMethod(predictor.rescaled(calibration.variance_factor), calibration.band, metrics)

@@ -22,7 +22,13 @@ class Method(StrEnum):
 
     AUTO = "auto"
     MI_NSGP = "mi-nsgp"
+    NSGP = "nsgp"
+    W_IK = "w-ik"
     COV_IK = "cov-ik"
+    LOCOV_IK = "locov-ik"
+    CC_GP = "cc-gp"
+    GP = "gp"
+    SB_M = "sb-m"
 
 
 class Optimizer(StrEnum):
@@ -140,7 +146,7 @@ def train(
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
     subject = Subject(height, mass, sex.value)
     options = TrainingOptions(
-        method="mi-nsgp" if method is Method.AUTO else method.value,
+        method=method.value,
         kernel=kernel.value,
         optimizer=optimizer.value,
         engine=engine.value,
@@ -156,7 +162,6 @@ def train(
             hand.value,
             seed=seed,
             options=options,
-            choose=method is Method.AUTO,
             progress=lambda what, done: bar.update(task, description=what, completed=done),
             notes=notes,
         )

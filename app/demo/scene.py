@@ -70,7 +70,11 @@ def trained(who: Person, progress: Progress | None = None) -> Trained:
         "right",
         seed=_SEED,
         options=TrainingOptions(
-            optimizer="gradient", weights="diagonal", blocks=2, max_samples=_SAMPLES
+            method="mi-nsgp",
+            optimizer="gradient",
+            weights="diagonal",
+            blocks=2,
+            max_samples=_SAMPLES,
         ),
         progress=progress,
         notes=("simulated, not recorded",),

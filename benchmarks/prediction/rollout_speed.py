@@ -62,7 +62,7 @@ def main() -> None:
     demonstrations = demonstrations_from_samples(
         chain, *swinging_arm(chain, np.random.default_rng(0))
     )
-    options = TrainingOptions(tasks=("pose",), optimizer="gradient")
+    options = TrainingOptions(method="mi-nsgp", tasks=("pose",), optimizer="gradient")
     operator = train_operator(chain, demonstrations, seed=0, options=options)
     q0 = demonstrations.q[300]
     position, rotation, _ = chain.forward_and_jacobian(q0)

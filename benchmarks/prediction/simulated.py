@@ -58,7 +58,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", choices=OPERATOR_KINDS, default=OPERATOR_KINDS)
     parser.add_argument("--seed", type=int, default=3)
     options = parser.parse_args()
-    training = TrainingOptions(tasks=("pose",), optimizer="gradient")
+    training = TrainingOptions(method="mi-nsgp", tasks=("pose",), optimizer="gradient")
     ratios: dict[str, list[float]] = {"known": [], "other": []}
     gains: dict[str, list[float]] = {"known": [], "other": []}
     print(

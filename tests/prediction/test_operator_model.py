@@ -30,7 +30,7 @@ from prediction import (
     with_method,
 )
 
-FAST = TrainingOptions(optimizer="gradient", tasks=("position",), blocks=3)
+FAST = TrainingOptions(method="mi-nsgp", optimizer="gradient", tasks=("position",), blocks=3)
 
 
 @pytest.fixture(scope="module")
