@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from human.marker_recording import MarkerRecording
 from human.markers.body import MarkerBody
@@ -36,8 +37,12 @@ _KEY_STEP = 8
 _FAR_RAD = 1.0
 #: Frames looked at to learn which angles the markers determine.
 _SAMPLE = 48
+#: A frame whose angles stray so far (rad) from the median of so many frames is tried again there.
+_JUMP_RAD, _JUMP_FRAMES = 0.25, 33
+#: What smoothness may cost: half a squared standard deviation or so.
+_JUMP_COST = 1.0
 #: An angle with a greater standard deviation (rad) is poorly shown; by a trial prior of one radian.
-_POOR_RAD = 0.1
+_POOR_RAD = 0.15
 _TRIAL_SD_RAD = 1.0
 #: Share of its prior's spread above which a poorly shown angle is not shown at all.
 _UNSHOWN = 0.7
@@ -182,7 +187,16 @@ def _fit_block(plan: FitPlan, start: int) -> RawBlock:
     doubtful = np.flatnonzero(~solved.settled | np.any(solved.outlier, axis=1))
     if len(doubtful):
         alone = _solve_alone(problem, marker[doubtful], seen[doubtful])
-        solved = _better(solved, alone, doubtful)
+        solved = _better(solved, alone, doubtful, -1e-6 * solved.cost[doubtful])
+    # With few markers left two postures may look alike: the one that does not jump is meant.
+    usual = _median(solved.q)
+    away = np.max(np.abs(solved.q - usual)[:, BASE_NQ:], axis=1)
+    jumping = np.flatnonzero(away > _JUMP_RAD)
+    if len(jumping):
+        calm = solve(
+            problem, usual[jumping], marker[jumping], seen[jumping], no_pull(len(jumping), free)
+        )
+        solved = _better(solved, calm, jumping, np.full(len(jumping), _JUMP_COST))
     good, weak = _judge(plan, solved, seen)
     return RawBlock(start, solved, good, weak)
 
@@ -193,9 +207,16 @@ def _solve_alone(problem: MarkerProblem, marker: Array, seen: Array) -> Solved:
     return solve(problem, q, marker, seen, no_pull(len(q), len(system.free)))
 
 
-def _better(solved: Solved, other: Solved, frames: IntArray) -> Solved:
-    """Takes the other solution of some frames where it costs clearly less."""
-    wins = other.cost < solved.cost[frames] * (1.0 - 1e-6)
+def _median(q: Array) -> Array:
+    """Returns configurations with each angle the median of the frames around; the base as it is."""
+    out = q.copy()
+    out[:, BASE_NQ:] = median_filter(q[:, BASE_NQ:], size=(_JUMP_FRAMES, 1), mode="nearest")
+    return out
+
+
+def _better(solved: Solved, other: Solved, frames: IntArray, more: Array) -> Solved:
+    """Takes the other solution of some frames where it costs less, or so much ``more``."""
+    wins = other.cost < solved.cost[frames] + more
     at = frames[wins]
     fields = {}
     for name in ("q", "residual_m", "outlier", "settled", "cost"):

@@ -118,6 +118,24 @@ def solve(
 def _solve_chunk(
     problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
 ) -> Solved:
+    q, last_step = _descend(problem, q, marker, seen, pull, robust)
+    distance = _distance(problem, q, marker, seen)
+    outlier = (distance > _OUTLIER * problem.full_m) & (seen > 0.0)
+    at = np.flatnonzero(np.any(outlier, axis=1))
+    if robust and len(at):
+        # What is not believed shall not pull at all.
+        believed = seen[at] * ~outlier[at]
+        q[at], last_step[at] = _descend(problem, q[at], marker[at], believed, pull.of(at), True)
+        distance = _distance(problem, q, marker, seen)
+    cost = _loss(problem, distance, seen)
+    cost += problem.prior.cost(q[:, BASE_NQ + problem.system.free], pull)
+    return Solved(q, distance, outlier, last_step < _SETTLED_STEP, cost)
+
+
+def _descend(
+    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
+) -> tuple[Array, Array]:
+    """Returns the postures and the length of each frame's last step."""
     system, prior = problem.system, problem.prior
     angles = BASE_NQ + system.free
     q = q.copy()
@@ -128,8 +146,9 @@ def _solve_chunk(
         here, y, s, known = q[active], marker[active], seen[active], pull.of(active)
         placed = system.place(here)
         error = (y - placed.marker) * s[..., None]
-        weight, loss = _weights(problem, error, s, robust)
-        cost = loss + prior.cost(here[:, angles], known)
+        distance = np.linalg.norm(error, axis=-1)
+        weight = _weight(problem, distance, s, robust)
+        cost = _loss(problem, distance, s, robust) + prior.cost(here[:, angles], known)
         matrix, rhs = system.normal(placed, error, weight)
         prior.add(matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], here[:, angles], known)
         diagonal = np.einsum("bkk->bk", matrix)
@@ -138,24 +157,20 @@ def _solve_chunk(
         longest = np.max(np.abs(step), axis=1)
         step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300))[:, None]
         trial = system.moved(here, step)
-        away = (y - system.place(trial).marker) * s[..., None]
-        trial_cost = _weights(problem, away, s, robust)[1] + prior.cost(trial[:, angles], known)
+        trial_cost = _loss(problem, _distance(problem, trial, y, s), s, robust)
+        trial_cost += prior.cost(trial[:, angles], known)
         # Near the optimum the gain drowns in rounding: a tiny step is taken all the same.
         better = (trial_cost < cost) | (longest < 1e2 * _LAST_STEP)
         q[active[better]] = trial[better]
         last_step[active[better]] = longest[better]
-        damping[active] = np.clip(
-            damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST, None
+        damping[active] = np.maximum(
+            damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST
         )
         going = (longest >= _LAST_STEP) & (damping[active] < _DAMPING_MOST)
         active = active[going]
         if not len(active):
             break
-    error = (marker - system.place(q).marker) * seen[..., None]
-    distance = np.linalg.norm(error, axis=-1)
-    outlier = (distance > _OUTLIER * problem.full_m) & (seen > 0.0)
-    cost = _weights(problem, error, seen, True)[1] + prior.cost(q[:, angles], pull)
-    return Solved(q, distance, outlier, last_step < _SETTLED_STEP, cost)
+    return q, last_step
 
 
 @single_threaded
@@ -170,7 +185,7 @@ def angle_sd(problem: MarkerProblem, q: Array, residual_m: Array, seen: Array, p
     for start in range(0, len(q), _CHUNK):
         part = slice(start, start + _CHUNK)
         placed = system.place(q[part])
-        weight = _weight_of(problem, residual_m[part], seen[part])
+        weight = _weight(problem, residual_m[part], seen[part])
         matrix, rhs = system.normal(placed, np.zeros_like(placed.marker), weight)
         known = pull.of(np.arange(start, start + len(weight)))
         problem.prior.add(
@@ -182,20 +197,23 @@ def angle_sd(problem: MarkerProblem, q: Array, residual_m: Array, seen: Array, p
     return out
 
 
-def _weight_of(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
-    far = np.maximum(distance / problem.full_m, 1.0)
-    return np.asarray(seen / problem.sd_m**2 / far**2)
+def _distance(problem: MarkerProblem, q: Array, marker: Array, seen: Array) -> Array:
+    """Distances ``(B, markers)`` m, zero where unseen."""
+    return np.asarray(np.linalg.norm(marker - problem.system.place(q).marker, axis=-1) * seen)
 
 
-def _weights(
-    problem: MarkerProblem, error: Array, seen: Array, robust: bool
-) -> tuple[Array, Array]:
-    """Weights ``(B, markers)`` 1/m^2 and the loss ``(B,)`` they belong to."""
-    scale = seen / problem.sd_m**2
-    square = np.sum(error**2, axis=-1)
-    if not robust:
-        return scale, 0.5 * np.sum(scale * square, axis=-1)
-    limit = problem.full_m**2
-    far = np.maximum(square / limit, 1.0)
-    loss = np.where(far > 1.0, limit * (1.0 + np.log(far)), square)
-    return scale / far, 0.5 * np.sum(scale * loss, axis=-1)
+def _weight(problem: MarkerProblem, distance: Array, seen: Array, robust: bool = True) -> Array:
+    """Weights ``(B, markers)``, 1/m^2."""
+    weight = seen / problem.sd_m**2
+    return weight / np.maximum(distance / problem.full_m, 1.0) ** 2 if robust else weight
+
+
+def _loss(problem: MarkerProblem, distance: Array, seen: Array, robust: bool = True) -> Array:
+    """The loss ``(B,)`` that the weights belong to."""
+    square = (distance / problem.sd_m) ** 2
+    if robust:
+        limit = (problem.full_m / problem.sd_m) ** 2
+        square = np.where(
+            square > limit, limit * (1.0 + np.log(np.maximum(square / limit, 1.0))), square
+        )
+    return np.asarray(0.5 * np.sum(seen * square, axis=-1))
