@@ -2,18 +2,117 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from estimation.estimate_record import Estimate
 from estimation.foot_force_record import FootForces
-from estimation.run_records import RunChunk, RunSettings, RunSummary
-from estimation.sensors import Measurement
+from estimation.hands import HandTracker
+from estimation.map_estimator import estimate
+from estimation.model_uncertainty import (
+    ModelDraw,
+    ModelSpread,
+    draw_models,
+    model_spread,
+    widened,
+)
+from estimation.payload_holds import HoldCollector
+from estimation.run_checks import Findings, frames_to_leave_out, mark_feet, near_singular
+from estimation.run_chunks import Loads, chunk_of, hold_frames, loads_of
+from estimation.run_inputs import of_frames
+from estimation.run_knowledge import joints_known
+from estimation.run_records import (
+    Balance,
+    PayloadHold,
+    RunBands,
+    RunChunk,
+    RunInputError,
+    RunSettings,
+    RunSummary,
+)
+from estimation.run_sensors import (
+    FEET,
+    FootFrames,
+    body_sensors,
+    foot_frames,
+    foot_sensors,
+    free_hands,
+)
+from estimation.run_tare import tare_stance
+from estimation.run_words import mass_in_words, settings_in_words
+from estimation.sensors import Measurement, frames_at_fault
+from estimation.spatial import Array, BoolArray, IntArray, times
+from estimation.stance_calibration import (
+    GRAVITY_MS2,
+    StanceCalibration,
+    with_mass,
+)
+from estimation.tree import EstimationTree, real_tree
 from human import HumanModel, Motion
+
+#: Frames that become one chunk.
+CHUNK = 2048
+_BANDS: dict[str, RunBands] = {
+    "uncertainty": "noise",
+    "widened": "noise_and_model",
+    "tuning": "tuning",
+    "none": "none",
+}
 
 
 class RecordingRun:
-    """A recording's estimate, fed stretch by stretch; for one stretch use `estimate_run`."""
+    """A recording's estimate, fed stretch by stretch; for one stretch use `estimate_run`.
 
-    def __init__(self, model: HumanModel, settings: RunSettings | None = None) -> None:
-        """Starts a run."""
-        raise NotImplementedError
+    Stretches follow each other in time and may leave gaps. What the hands did, holds, and findings
+    go on from one to the next, so that the same frames in other portions give the same answer.
+
+    Attributes:
+        tree: the body that is worked with, after the tare.
+        tare: what the unloaded stance said, or None.
+    """
+
+    def __init__(
+        self,
+        model: HumanModel,
+        settings: RunSettings | None = None,
+        tare: StanceCalibration | None = None,
+    ) -> None:
+        """Starts a run.
+
+        Args:
+            model: the person.
+            settings: how to estimate.
+            tare: from `tare_stance`, if it was taken elsewhere than in the first stretch.
+
+        Raises:
+            UnknownLinkError: a segment said to be unobserved is not one of the model.
+        """
+        self._settings = settings or RunSettings()
+        self._model = model
+        self.tree = real_tree(model)
+        for name in self._settings.unobserved:
+            if name not in model.segment_names:
+                raise RunInputError(
+                    f"unobserved: expected segments of the model, got {name!r}; known: "
+                    f"{', '.join(model.segment_names)}"
+                )
+        self.tare = tare
+        self._hands: tuple[str, ...] | None = None
+        self._draws: tuple[ModelDraw, ...] = ()
+        self._assumed: list[str] = []
+        self._findings = Findings()
+        self._holds: list[PayloadHold] = []
+        self._left_out: dict[str, int] = {}
+        self._frames = self._given = 0
+        self._last_s = -np.inf
+        self._gaps: list[Array] = []
+        self._bands: RunBands = "none"
+        turning = [
+            joint for joint in range(self.tree.n_links - 1) if len(self.tree.dofs[joint + 1])
+        ]
+        self._turning = np.array(turning)
+        self._known = np.zeros(len(turning))
+        self._tracker = HandTracker(self._settings.loaded_kg)
+        self._collector = HoldCollector((), self._settings.least_hold_s)
 
     def add(
         self, motion: Motion, feet: FootForces | None, imus: Sequence[Measurement] = ()
@@ -24,12 +123,246 @@ class RecordingRun:
             motion: the stretch, after all that was added before.
             feet: the wrenches under the feet at the same frames, or None.
             imus: what else was measured at the same frames.
+
+        Raises:
+            RunInputError: other joints than the model's, times that do not go on, foot forces at
+                other times, or a tare that is not in this first stretch.
+            SensorError: a measurement has another shape, or the person moves during the tare.
+            CovarianceError: a covariance is not one, or beyond double precision.
         """
-        raise NotImplementedError
+        self._check(motion, feet)
+        if self._hands is None:
+            self._start(motion, feet)
+        self._last_s = float(motion.time_s[-1])
+        known = foot_frames(feet, len(motion))
+        mark_feet(self._findings, feet, motion.time_s, known.mended)
+        kept = self._kept(motion, imus)
+        for joint, where in near_singular(self.tree, motion.q).items():
+            self._findings.mark(
+                f"{joint} within 5 deg of where two of its axes coincide: its effort holds, how it "
+                "is shared out among its torques does not",
+                motion.time_s,
+                where,
+            )
+        offset = self._given
+        self._given += len(motion)
+        for start in range(0, len(kept), CHUNK):
+            rows = kept[start : start + CHUNK]
+            yield self._chunk(motion, feet, known, imus, rows, offset)
+
+    def _check(self, motion: Motion, feet: FootForces | None) -> None:
+        if motion.model_dof_names != self._model.dof_names:
+            raise RunInputError(
+                "motion: expected the model's joint angles, got others; fit it to this model"
+            )
+        if not motion.time_s[0] > self._last_s:
+            raise RunInputError(
+                f"motion: expected a stretch after {self._last_s:g} s, got one from "
+                f"{motion.time_s[0]:g} s; add stretches in order, each frame once"
+            )
+        if feet is not None and (
+            len(feet.time_s) != len(motion) or np.any(np.abs(feet.time_s - motion.time_s) > 1e-6)
+        ):
+            raise RunInputError(
+                f"foot forces: expected the motion's {len(motion)} times, got {len(feet.time_s)} "
+                "times or others; make them with feet_from_plates for this motion"
+            )
+
+    def _start(self, motion: Motion, feet: FootForces | None) -> None:
+        """Settles what holds for the whole run: tare, free hands, draws."""
+        settings = self._settings
+        self._hands = free_hands(settings, feet is not None)
+        if settings.tare_s is not None and self.tare is None:
+            low, high = settings.tare_s
+            if low < motion.time_s[0] or high > motion.time_s[-1]:
+                raise RunInputError(
+                    f"tare from {low:g} to {high:g} s: expected it within the first stretch, "
+                    f"{motion.time_s[0]:g} to {motion.time_s[-1]:g} s; or take it with tare_stance "
+                    "and pass it on"
+                )
+            self.tare = tare_stance(self._model, motion, feet, settings.tare_s)
+        if self.tare is not None:
+            self.tree = with_mass(self.tree, self.tare.mass_kg)
+        self._assumed.extend(
+            settings_in_words(settings, self._hands, self.tare, self._model.total_mass_kg)
+        )
+        if self.tare is not None:
+            self._weigh(self.tare.error_kg)
+        if settings.model_errors is not None and settings.method == "one_step":
+            self._draws = draw_models(
+                self.tree,
+                settings.model_errors,
+                np.random.default_rng(settings.seed),
+                plates=FEET if feet is not None else (),
+                body_mass_sd_kg=None if self.tare is None else self.tare.sd_kg,
+            )
+            self._collector.widening = settings.model_errors.widening
+        self._collector.hands = self._hands
+
+    def _kept(self, motion: Motion, imus: Sequence[Measurement]) -> IntArray:
+        """Returns the frames that can be estimated, and names the others."""
+        out = np.ones(len(motion), dtype=np.bool_)
+        reasons = frames_to_leave_out(motion, self._settings.leave_out_flags)
+        for sensor, bad in frames_at_fault(imus).items():
+            where = np.zeros(len(motion), dtype=np.bool_)
+            where[bad] = True
+            reasons[f"{sensor} is not finite"] = where
+        for reason, where in reasons.items():
+            self._left_out[reason] = self._left_out.get(reason, 0) + int(np.count_nonzero(where))
+            self._findings.mark(f"left out, {reason}", motion.time_s, where)
+            out &= ~where
+        return np.flatnonzero(out)
+
+    def _chunk(
+        self,
+        motion: Motion,
+        feet: FootForces | None,
+        known: FootFrames,
+        imus: Sequence[Measurement],
+        rows: IntArray,
+        offset: int,
+    ) -> RunChunk:
+        time_s, q = motion.time_s[rows], motion.q[rows]
+        v, a = motion.v[rows], motion.a[rows]
+        here = None if feet is None else feet.select(rows)
+        sensors = self._sensors(here, known.usable[rows], q, imus, rows, len(motion))
+        found = self._estimate(self.tree, q, v, a, sensors, spreads=True)
+        for text in found.assumed:
+            if text not in self._assumed:
+                self._assumed.append(text)
+        spread = None
+        wide = found
+        if self._draws:
+            spread = self._spread(found, time_s, q, v, a, sensors)
+            wide = widened(found, spread, time_s)
+        balance = known.balance[rows]
+        bearing = loads_of(found, wide, self._settings, balance)
+        state, chance = self._follow(found, spread, time_s, bearing)
+        joints = joints_known(
+            found, balance, self._settings.unobserved, self._settings.known_within_n
+        )[:, self._turning]
+        self._frames += len(rows)
+        self._known += np.count_nonzero(joints, axis=0)
+        self._bands = _BANDS[wide.bands]
+        weighed = balance != Balance.UNKNOWN
+        world = times(found.link_rotation[:, 0], found.residual[:, :3])
+        self._gaps.append(-world[weighed, 2] / GRAVITY_MS2)
+        return chunk_of(wide, time_s, rows + offset, balance, joints, bearing, state, chance)
+
+    def _sensors(
+        self,
+        feet: FootForces | None,
+        usable: BoolArray,
+        q: Array,
+        imus: Sequence[Measurement],
+        rows: IntArray,
+        frames: int,
+    ) -> list[Measurement]:
+        assert self._hands is not None
+        pushed = body_sensors(self.tree, self._settings, self._hands, len(rows))
+        return [
+            *foot_sensors(feet, usable, q[:, :3]),
+            *pushed,
+            *(of_frames(sensor, rows, frames) for sensor in imus),
+        ]
+
+    def _estimate(
+        self,
+        tree: EstimationTree,
+        q: Array,
+        v: Array,
+        a: Array,
+        sensors: Sequence[Measurement],
+        *,
+        spreads: bool,
+    ) -> Estimate:
+        return estimate(
+            tree,
+            q,
+            v,
+            a,
+            sensors,
+            method=self._settings.method,
+            covariances=self._settings.covariances,
+            spreads=spreads,
+        )
+
+    def _spread(
+        self,
+        found: Estimate,
+        time_s: Array,
+        q: Array,
+        v: Array,
+        a: Array,
+        sensors: Sequence[Measurement],
+    ) -> ModelSpread:
+        """Works out drawn models on a thinned grid that begins and ends with the chunk."""
+        errors = self._settings.model_errors
+        assert errors is not None
+        cell = np.floor((time_s - time_s[0]) / errors.grid_s)
+        chosen = np.flatnonzero(np.r_[True, np.diff(cell) > 0])
+        chosen = np.unique(np.r_[chosen, len(time_s) - 1])
+        some = [of_frames(sensor, chosen, len(time_s)) for sensor in sensors]
+
+        def means(
+            tree: EstimationTree, posture: Array, measurements: Sequence[Measurement]
+        ) -> Estimate:
+            return self._estimate(tree, posture, v[chosen], a[chosen], measurements, spreads=False)
+
+        return model_spread(self.tree, q[chosen], time_s[chosen], some, errors, self._draws, means)
+
+    def _follow(
+        self, found: Estimate, spread: ModelSpread | None, time_s: Array, bearing: Loads
+    ) -> tuple[IntArray, Array]:
+        """Follows the hands' state and weighs the holds that end here."""
+        if not self._hands:
+            return np.zeros(len(time_s), dtype=np.intp), np.zeros(len(time_s))
+        sd = bearing.sd_kg if bearing.sd_kg is not None else np.zeros(len(time_s))
+        state, chance = self._tracker.take(time_s, bearing.mass_kg, sd, bearing.known)
+        if bearing.noise_covariance is not None:
+            frames = hold_frames(found, spread, time_s, state, bearing)
+            self._holds.extend(self._collector.take(frames))
+        return state, chance
 
     def finish(self) -> RunSummary:
-        """Closes the last hold and says what the run comes to."""
-        raise NotImplementedError
+        """Closes the last hold and says what the run comes to.
+
+        Raises:
+            RunInputError: no frame was estimated.
+        """
+        if not self._frames:
+            why = "; ".join(self._findings.texts()) or "none was added"
+            raise RunInputError(f"run: expected at least one frame to estimate, got none: {why}")
+        self._holds.extend(self._collector.close())
+        gaps = np.concatenate(self._gaps)
+        gap = None
+        if len(gaps):
+            low, middle, high = np.quantile(gaps, (0.05, 0.5, 0.95)).tolist()
+            gap = (low, middle, high)
+            self._weigh(middle)
+        names = [self.tree.joint_names[joint] for joint in self._turning]
+        return RunSummary(
+            dof_names=self.tree.dof_names,
+            joint_names=tuple(names),
+            definition=self._settings.definition,
+            free_hands=self._hands or (),
+            frames=self._frames,
+            left_out=dict(self._left_out),
+            holds=tuple(self._holds),
+            bands=self._bands,
+            body_mass_kg=self.tree.mass_kg,
+            tare=self.tare,
+            plates_minus_model_kg=gap,
+            joint_known_share=dict(zip(names, (self._known / self._frames).tolist(), strict=True)),
+            assumed=tuple(self._assumed),
+            findings=self._findings.texts(),
+        )
+
+    def _weigh(self, gap_kg: float) -> None:
+        """Says so where the plates bear more or less than the body, beyond what may be a load."""
+        text = mass_in_words(gap_kg, self.tree.mass_kg)
+        if text and (gap_kg < 0.0 or not self._hands or self._frames == 0):
+            self._findings.note(text)
 
 
 def estimate_run(
@@ -39,5 +372,21 @@ def estimate_run(
     settings: RunSettings | None = None,
     imus: Sequence[Measurement] = (),
 ) -> tuple[RunChunk, RunSummary]:
-    """Estimates a recording that fits into memory: all its frames as one chunk, and the summary."""
-    raise NotImplementedError
+    """Estimates a recording that fits into memory: all its frames as one chunk, and the summary.
+
+    Args:
+        model: the person.
+        motion: the recording.
+        feet: the wrenches under the feet at its frames, or None.
+        settings: how to estimate.
+        imus: what else was measured at its frames.
+
+    Raises:
+        RunInputError: the parts do not fit together, or no frame could be estimated.
+        SensorError: a measurement has another shape.
+        CovarianceError: a covariance is not one.
+    """
+    run = RecordingRun(model, settings)
+    chunks = list(run.add(motion, feet, imus))
+    summary = run.finish()
+    return RunChunk.joined(chunks), summary

@@ -1,9 +1,11 @@
 """What goes into and comes out of the estimate of a recording: settings, chunks, summary."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from enum import IntEnum
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from estimation.covariances import ModelCovariances
 from estimation.errors import EstimationError
@@ -31,6 +33,10 @@ class RunSettingsError(EstimationError):
         """Keeps the setting's name beside the message."""
         super().__init__(f"{setting}: {message}")
         self.setting = setting
+
+
+class RunInputError(EstimationError):
+    """A stretch does not fit the run: other joints, other times, no stance to weigh."""
 
 
 class HandState(IntEnum):
@@ -150,7 +156,8 @@ class RunChunk:
         hand_kg: ``(n, 2)`` kg of the right and the left hand.
         hand_kg_sd: as ``hand_kg``.
         hand_kg_known: ``(n, 2)`` whether one hand's part can be told; the sum can far more often.
-        hand_state: ``(n, 2)`` a `HandState` each.
+        hand_state: ``(n, 2)`` a `HandState` each, of the right and the left hand.
+        hands_state: ``(n,)`` the same of both together, which can be told more often.
         loaded_probability: ``(n,)`` that the hands together bear more than ``loaded_kg``; zero
             where no hand is free.
         balance: ``(n,)`` a `Balance` each.
@@ -181,6 +188,7 @@ class RunChunk:
     hand_kg_sd: Array | None
     hand_kg_known: BoolArray
     hand_state: IntArray
+    hands_state: IntArray
     loaded_probability: Array
     balance: IntArray
     residual_n: Array
@@ -189,6 +197,15 @@ class RunChunk:
     def __len__(self) -> int:
         """Number of frames."""
         return len(self.time_s)
+
+    @classmethod
+    def joined(cls, chunks: "Sequence[RunChunk]") -> "RunChunk":
+        """Returns chunks of one run, in order, as one."""
+        values: dict[str, Any] = {}
+        for item in fields(cls):
+            parts = [getattr(chunk, item.name) for chunk in chunks]
+            values[item.name] = None if parts[0] is None else np.concatenate(parts)
+        return cls(**values)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,151 @@
+"""What a recording says about forces, as measurements of the estimator."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.foot_force_record import FootForce, FootForces, FootState
+from estimation.run_records import SIDES, Balance, RunSettings
+from estimation.sensors import ACCEPTED_VARIANCE, ForceTorque, FreeWrench, Measurement
+from estimation.spatial import Array, BoolArray, IntArray, cross
+from estimation.tree import EstimationTree
+
+FEET = ("RightFoot", "LeftFoot")
+HANDS = ("RightHandCOM", "LeftHandCOM")
+#: A foot that stands where nothing measures bears 0 with these standard deviations, N and N m.
+UNMEASURED_SD = 2000.0
+#: Where errors of the model are stated, the pelvis takes up the moment by which they make body and
+#: plates disagree: so many metres of the body's weight. Else the hands would, as a load.
+PELVIS_LEVER_M = 0.03
+#: How unseen a segment's acceleration is, m/s^2.
+UNSEEN_ACCELERATION = 5.0
+GRAVITY_MS2 = 9.81
+
+
+@dataclass(frozen=True, slots=True)
+class FootFrames:
+    """What the feet's sensors are made of, at some frames.
+
+    Attributes:
+        usable: ``(n, 2)`` whether each foot's wrench is known.
+        balance: ``(n,)`` a `Balance` each.
+        mended: ``(n, 2)`` whether a wrench that was called known is not a finite one with a
+            covariance that double precision carries.
+    """
+
+    usable: BoolArray
+    balance: IntArray
+    mended: BoolArray
+
+
+def foot_frames(feet: FootForces | None, frames: int) -> FootFrames:
+    """Returns which frames' foot forces can be used, by state and by their numbers."""
+    if feet is None:
+        nothing = np.zeros((frames, 2), dtype=np.bool_)
+        return FootFrames(nothing, np.full(frames, int(Balance.UNKNOWN)), nothing)
+    pair = (feet.right, feet.left)
+    stated = np.stack([foot.usable for foot in pair], axis=1)
+    sound = np.stack([_sound(foot) for foot in pair], axis=1)
+    usable = stated & sound
+    shared = np.any(
+        np.stack([foot.state == FootState.SHARED for foot in pair], axis=1) & usable, axis=1
+    )
+    balance = np.where(shared, int(Balance.SPLIT_UNKNOWN), int(Balance.KNOWN))
+    balance = np.where(np.all(usable, axis=1), balance, int(Balance.UNKNOWN))
+    return FootFrames(usable, balance, stated & ~sound)
+
+
+def _sound(foot: FootForce) -> BoolArray:
+    low, high = ACCEPTED_VARIANCE
+    return np.asarray(
+        np.isfinite(foot.wrench).all(axis=1)
+        & np.isfinite(foot.point).all(axis=1)
+        & (foot.variance >= low).all(axis=1)
+        & (foot.variance <= high).all(axis=1)
+    )
+
+
+def foot_sensors(feet: FootForces | None, usable: BoolArray, pelvis: Array) -> list[ForceTorque]:
+    """Makes a force sensor for each foot, wide open where its wrench is not known.
+
+    Args:
+        feet: at these frames.
+        usable: ``(n, 2)`` from `foot_frames`.
+        pelvis: ``(n, 3)`` m, where a wrench that is not known is told about.
+    """
+    out = []
+    for side, name in enumerate(FEET):
+        known = usable[:, side]
+        value = np.zeros((len(pelvis), 6))
+        variance = np.full((len(pelvis), 6), UNMEASURED_SD**2)
+        point = pelvis.copy()
+        if feet is not None:
+            foot = (feet.right, feet.left)[side]
+            point[known], variance[known] = foot.point[known], foot.variance[known]
+            value[known] = foot.wrench[known]
+            value[known, 3:] -= cross(point[known], value[known, :3])
+        blocks = variance[:, :, None] * np.eye(6)
+        out.append(ForceTorque(name, value, blocks, point, fixed_to="world"))
+    return out
+
+
+def free_hands(settings: RunSettings, has_feet: bool) -> tuple[str, ...]:
+    """Returns the sides whose hand may bear something."""
+    if settings.free_hands == "auto":
+        return SIDES if has_feet else ()
+    named = {"both": SIDES, "none": ()}
+    return named.get(settings.free_hands, (settings.free_hands,))
+
+
+def body_sensors(
+    tree: EstimationTree, settings: RunSettings, hands: Sequence[str], frames: int
+) -> list[Measurement]:
+    """Says what may push on the body but the ground: loads in the hands, and what is not seen."""
+    out: list[Measurement] = [
+        FreeWrench(HANDS[SIDES.index(side)], settings.hand_force_sd_n, settings.hand_moment_sd_nm)
+        for side in hands
+    ]
+    if settings.method != "one_step":
+        return out
+    slack = {}
+    if settings.model_errors is not None:
+        held = settings.covariances.untouched_force_sd
+        moment = PELVIS_LEVER_M * tree.mass_kg * GRAVITY_MS2
+        slack[tree.link_names[0]] = np.array([held] * 3 + [moment] * 3)
+    for link, sd in unseen_wrenches(tree, settings.unobserved).items():
+        slack[link] = np.hypot(slack.get(link, 0.0), sd)
+    for link, sd in slack.items():
+        out.append(ForceTorque(link, np.zeros((frames, 6)), sd**2))
+    return out
+
+
+def unseen_wrenches(tree: EstimationTree, unobserved: Sequence[str]) -> dict[str, Array]:
+    """Returns by how much weight and inertia of segments that nothing saw may be wrong.
+
+    Args:
+        tree: the links.
+        unobserved: the segments.
+
+    Returns:
+        Link to ``(6,)`` standard deviations, N and N m.
+
+    Derived here: a segment at a reference posture weighs what it weighs, but hangs somewhere within
+    its reach ``r`` of the last joint that was seen, and moves in a way that nobody measured.
+    """
+    out = {}
+    for name in unobserved:
+        link = tree.link_names.index(name)
+        mass = float(tree.inertias[link, 0, 0])
+        if mass <= 0.0:
+            continue
+        lower = tree.inertias[link, 3:, :3] / mass
+        reach = float(np.linalg.norm([lower[2, 1], lower[0, 2], lower[1, 0]]))
+        above = link
+        while above > 0 and tree.link_names[tree.parents[above]] in unobserved:
+            reach += float(np.linalg.norm(tree.offsets[above]))
+            above = tree.parents[above]
+        force = mass * UNSEEN_ACCELERATION
+        moment = mass * float(np.hypot(GRAVITY_MS2, UNSEEN_ACCELERATION)) * reach
+        out[name] = np.array([force] * 3 + [moment] * 3)
+    return out

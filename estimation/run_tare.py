@@ -1,0 +1,46 @@
+"""Weighs the person of a recording while they stand unloaded on the plates."""
+
+import numpy as np
+
+from estimation.foot_force_record import FootForces
+from estimation.map_estimator import estimate
+from estimation.run_records import Balance, RunInputError
+from estimation.run_sensors import foot_frames, foot_sensors
+from estimation.stance_calibration import StanceCalibration, calibrate_stance
+from estimation.tree import real_tree
+from human import HumanModel, Motion
+
+
+def tare_stance(
+    model: HumanModel, motion: Motion, feet: FootForces | None, tare_s: tuple[float, float]
+) -> StanceCalibration:
+    """Weighs the person on the plates while they stand still and bear nothing.
+
+    Args:
+        model: the person.
+        motion: a stretch with all of the window.
+        feet: the wrenches under the feet at its frames.
+        tare_s: start and end, s, on the motion's clock.
+
+    Raises:
+        RunInputError: no frame of the window has both feet's forces.
+        SensorError: the person does not stand still.
+    """
+    inside = (motion.time_s >= tare_s[0]) & (motion.time_s <= tare_s[1])
+    known = foot_frames(feet, len(motion))
+    rows = np.flatnonzero(inside & (known.balance != Balance.UNKNOWN))
+    if feet is None or len(rows) < 2:
+        raise RunInputError(
+            f"tare from {tare_s[0]:g} to {tare_s[1]:g} s: expected frames in which plates bear "
+            f"both feet, got {len(rows)}; choose another stretch, or run without a tare"
+        )
+    sensors = foot_sensors(feet.select(rows), known.usable[rows], motion.q[rows, :3])
+    found = estimate(
+        real_tree(model),
+        motion.q[rows],
+        motion.v[rows],
+        motion.a[rows],
+        sensors,
+        method="deterministic",
+    )
+    return calibrate_stance(found)
