@@ -19,6 +19,7 @@ from human.markers.ik import MARKER_WINDOW_S, fit_markers, fit_markers_in_window
 from human.markers.marker_set import ROLES, MarkerPlace, MarkerSet, marker_set_from_dict
 from human.markers.recognise import (
     RecognisedMarkers,
+    known_marker_set,
     known_marker_sets,
     match_markers,
     recognise_marker_set,
@@ -43,6 +44,7 @@ __all__ = [
     "body_from_static",
     "fit_markers",
     "fit_markers_in_windows",
+    "known_marker_set",
     "known_marker_sets",
     "marker_set_from_dict",
     "match_markers",

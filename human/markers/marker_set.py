@@ -129,6 +129,10 @@ class MarkerSet:
                 return place
         return None
 
+    def roles(self) -> frozenset[str]:
+        """Returns the bony points that its markers show."""
+        return frozenset(place.role for place in self.places if place.role)
+
     def is_result(self, label: str) -> bool:
         """Tells whether a name is of something computed rather than of a marker."""
         bare = label.rpartition(":")[2].upper()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from human.markers.errors import UnknownMarkerSetError
+from human.markers.errors import MarkerSetError, UnknownMarkerSetError
 from human.markers.marker_set import MarkerPlace, MarkerSet, marker_set_from_dict
 
 #: Share of a file's markers that a set must name, and least number of bony points among them.
@@ -23,6 +23,18 @@ def known_marker_sets() -> tuple[MarkerSet, ...]:
         files("human").joinpath(f"data/marker_sets/{name}").read_text("utf-8") for name in names
     ]
     return tuple(marker_set_from_dict(json.loads(text)) for text in texts)
+
+
+def known_marker_set(name: str) -> MarkerSet:
+    """Returns one of the sets that come with the package.
+
+    Raises:
+        MarkerSetError: there is none of that name.
+    """
+    known = {marker_set.name: marker_set for marker_set in known_marker_sets()}
+    if name not in known:
+        raise MarkerSetError(repr(name), f"expected one of the known sets, {', '.join(known)}.")
+    return known[name]
 
 
 @dataclass(frozen=True, slots=True)

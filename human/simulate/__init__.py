@@ -16,6 +16,7 @@ from human.simulate.imus import (
     imu_mounts,
     simulate_imus,
 )
+from human.simulate.markers import MarkerNoise, simulate_markers, wear_markers
 from human.simulate.operators import OPERATOR_KINDS, Comfort, Operator, operator
 from human.simulate.paths import (
     MinimumJerkPath,
@@ -62,6 +63,7 @@ __all__ = [
     "ImuMount",
     "ImuNoise",
     "ImuReading",
+    "MarkerNoise",
     "MinimumJerkPath",
     "Operator",
     "PlanarArm",
@@ -96,6 +98,7 @@ __all__ = [
     "simulate_box_handling",
     "simulate_following",
     "simulate_imus",
+    "simulate_markers",
     "simulate_planar",
     "simulate_plates",
     "simulate_postures",
@@ -106,4 +109,5 @@ __all__ = [
     "solve_dynamics",
     "spline_path",
     "standing_configuration",
+    "wear_markers",
 ]
