@@ -32,6 +32,9 @@ from estimation.errors import (
     SingularContactsError,
 )
 from estimation.estimate_record import Estimate, Method
+from estimation.foot_contacts import FootContacts, contacts_of_motion, contacts_of_tracks
+from estimation.foot_force_record import FootForce, FootForces, FootState, PlateStance
+from estimation.foot_forces import feet_from_plates
 from estimation.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
 from estimation.map_errors import (
@@ -73,7 +76,11 @@ __all__ = [
     "Estimate",
     "EstimationError",
     "EstimationTree",
+    "FootContacts",
+    "FootForce",
+    "FootForces",
     "FootMotion",
+    "FootState",
     "ForceTorque",
     "FreeWrench",
     "IllConditionedError",
@@ -90,6 +97,7 @@ __all__ = [
     "NoContactError",
     "Payload",
     "PlacementEstimator",
+    "PlateStance",
     "SensorError",
     "SingularContactsError",
     "StanceCalibration",
@@ -100,7 +108,10 @@ __all__ = [
     "calibrate_stance",
     "classify_by_force",
     "configuration_from_link",
+    "contacts_of_motion",
+    "contacts_of_tracks",
     "estimate",
+    "feet_from_plates",
     "hinge_tree",
     "joint_efforts",
     "joint_load",

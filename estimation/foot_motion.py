@@ -78,7 +78,7 @@ def sole_motion(
     height, speed, acceleration = (np.empty((len(q), 2, 2)) for _ in range(3))
     for side, name in enumerate(SIDES):
         points = sole_points(model, name)
-        bodies = _chain_motion(model, [segment for segment, _ in points], q, v, rate)
+        bodies = limb_motion(model, [segment for segment, _ in points], q, v, rate)
         for k, (body, (_, local)) in enumerate(zip(bodies, points, strict=True)):
             at = body.at(local)
             height[:, side, k] = at.position[:, 2] - floor_height_m
@@ -88,7 +88,7 @@ def sole_motion(
 
 
 @dataclass(frozen=True, slots=True)
-class _Body:
+class LimbSegment:
     """How one segment moves, world axes, ``(time, ...)``; accelerations without gravity."""
 
     rotation: Array
@@ -98,7 +98,7 @@ class _Body:
     velocity: Array
     acceleration: Array
 
-    def at(self, local: Array) -> "_Body":
+    def at(self, local: Array) -> "LimbSegment":
         """The same body seen at another of its points."""
         lever = self.rotation @ local
         along = cross(self.omega, lever)
@@ -109,7 +109,7 @@ class _Body:
             acceleration=self.acceleration + cross(self.alpha, lever) + cross(self.omega, along),
         )
 
-    def turned(self, axis: int, angle: Array, rate: Array, change: Array) -> "_Body":
+    def turned(self, axis: int, angle: Array, rate: Array, change: Array) -> "LimbSegment":
         """The next body, turned against this one about one of its axes."""
         about = self.rotation[:, :, axis]
         spin = about * rate[:, None]
@@ -130,9 +130,9 @@ class _Body:
         )
 
 
-def _chain_motion(
+def limb_motion(
     model: HumanModel, wanted: list[str], q: Array, v: Array, a: Array
-) -> list[_Body]:
+) -> list[LimbSegment]:
     """Returns the motion of segments of one limb, the last one furthest from the pelvis.
 
     Derived here: joint by joint from the pelvis, ``omega += s e``, ``alpha += s' e + omega x s e``,
@@ -143,7 +143,7 @@ def _chain_motion(
         way.insert(0, model.parents[way[0]])
     R = quaternion_to_matrix(q[:, 3:7])
     omega_body, linear = v[:, 3:6], v[:, :3]
-    body = _Body(
+    body = LimbSegment(
         rotation=R,
         omega=times(R, omega_body),
         alpha=times(R, a[:, 3:6]),

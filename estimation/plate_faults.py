@@ -1,0 +1,219 @@
+"""What force plates do wrong: a zero that is none, a limit reached, another unit, another sign.
+
+Each function takes plates as read and says in words what it found or mended.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.spatial import Array
+from human.marker_recording import PlateForces
+
+Mask = NDArray[np.bool_]
+
+#: A foot is on a plate from the first force on, N, and leaves it below the second one.
+ENTER_N, LEAVE_N = 20.0, 5.0
+#: An unloaded plate that reads less than this is at zero, N and N m.
+_ZERO_N, _ZERO_NM = 3.0, 3.0
+#: An unloaded plate reads less than this share of the body's weight; for so long at least, s.
+_UNLOADED_SHARE, _UNLOADED_S = 0.08, 0.1
+#: Kept away from both ends of an unloaded time: a foot comes and goes gently, s.
+_MARGIN_S = 0.05
+#: A limit counts where the force would have gone on by this share of it.
+_OVERSHOOT = 0.01
+#: Samples that must stand still to be suspected, and how still, relative to the largest.
+_STUCK, _STILL = 4, 1e-7
+
+
+def runs(mask: Mask) -> list[tuple[int, int]]:
+    """Returns the runs of True in ``(time,)`` booleans, as (first, past the last)."""
+    edge = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
+    return list(
+        zip(np.flatnonzero(edge > 0).tolist(), np.flatnonzero(edge < 0).tolist(), strict=True)
+    )
+
+
+def loaded_runs(vertical_n: Array) -> list[tuple[int, int]]:
+    """Returns the runs in which a plate is stood on, with hysteresis.
+
+    Args:
+        vertical_n: ``(samples,)`` N, positive upwards on the person.
+    """
+    return [
+        (start, end)
+        for start, end in runs(vertical_n > LEAVE_N)
+        if np.max(vertical_n[start:end]) > ENTER_N
+    ]
+
+
+def mended_units(
+    plates: PlateForces, weight_n: float, distance_m: Callable[[PlateForces], float]
+) -> tuple[PlateForces, list[str], list[str]]:
+    """Puts right forces that push down, and units that only one reading explains.
+
+    Args:
+        plates: as read.
+        weight_n: of the person, N.
+        distance_m: how far the forces of some plates enter from the nearest foot, m; infinite
+            where nothing is loaded.
+
+    Returns:
+        The plates, what was assumed, and what does not fit but was left.
+    """
+    assumed, findings = [], []
+    force, moment = plates.force.copy(), plates.moment.copy()
+    for k, plate in enumerate(plates.plates):
+        vertical = force[:, k, 2]
+        most = float(np.percentile(np.abs(vertical), 99))
+        stood = np.abs(vertical) > 0.5 * most
+        if most > 0.0 and float(np.median(vertical[stood])) < 0.0:
+            force[:, k] *= -1.0
+            moment[:, k] *= -1.0
+            assumed.append(
+                f"plate {plate.name}: its force points down, what the foot does to the plate; "
+                "turned round"
+            )
+    total = force[..., 2].sum(axis=1)
+    most = float(np.percentile(total, 95))
+    usual = float(np.median(total[total > 0.5 * most])) if most > 0.0 else 0.0
+    ratio = usual / weight_n
+    for unit, worth in (("kN", 1e3), ("multiples of body weight", weight_n)):
+        if 0.7 < ratio * worth < 1.4 and usual < 0.1 * weight_n:
+            force *= worth
+            moment *= worth
+            assumed.append(
+                f"plates: they bear {usual:.3g} while stood on, a weight of {weight_n:.0f} N "
+                f"needs {unit}; forces and moments multiplied by {worth:.4g}"
+            )
+            ratio *= worth
+    if usual > 0.0 and not 0.7 < ratio < 1.4:
+        findings.append(
+            f"plates: they bear {ratio * weight_n:.4g} N while stood on, the person weighs "
+            f"{weight_n:.0f} N: much of the weight is elsewhere (a chair, a handrail, the floor), "
+            "or a load is carried, or the unit is not N"
+        )
+    out = replace(plates, force=force, moment=moment)
+    there = distance_m(out)
+    if np.isfinite(there) and there > 2.0:
+        for words, factor in (("moments in N mm", 1e-3), ("moments in kN m", 1e3)):
+            other = replace(out, moment=out.moment * factor)
+            if distance_m(other) < 0.3:
+                assumed.append(
+                    f"plates: the forces enter {there:.0f} m from the feet as read, but under them "
+                    f"with {words}; converted"
+                )
+                return other, assumed, findings
+        findings.append(
+            f"plates: the forces enter {there:.2f} m from the nearest foot; plates and motion do "
+            "not share one world, or the moments have another unit"
+        )
+    return out, assumed, findings
+
+
+def tared(
+    plates: PlateForces, weight_n: float, stood_on: Mask
+) -> tuple[PlateForces, list[str], list[str]]:
+    """Takes off what plates read while nobody stands on them.
+
+    The zero is followed from one unloaded time to the next, along straight lines.
+
+    Args:
+        plates: in N.
+        weight_n: of the person, N.
+        stood_on: ``(samples, plates)`` where a foot is over the plate.
+
+    Returns:
+        The plates, what was taken off, and which plates could not be checked.
+    """
+    time, assumed, findings = plates.time_s, [], []
+    force, moment = plates.force.copy(), plates.moment.copy()
+    for k, plate in enumerate(plates.plates):
+        low = (np.abs(force[:, k, 2]) < _UNLOADED_SHARE * weight_n) & ~stood_on[:, k]
+        quiet = [
+            part
+            for start, end in runs(low)
+            if len(part := _inner(time, start, end)) and np.ptp(time[part]) >= _UNLOADED_S
+        ]
+        if not quiet:
+            findings.append(f"plate {plate.name}: never unloaded, so its zero cannot be checked")
+            continue
+        channels = np.concatenate([force[:, k], moment[:, k]], axis=1)
+        middle = np.array([np.mean(time[part]) for part in quiet])
+        zero = np.array([np.median(channels[part], axis=0) for part in quiet])
+        worst = np.abs(zero).max(axis=0)
+        if np.all(worst[:3] < _ZERO_N) and np.all(worst[3:] < _ZERO_NM):
+            continue
+        drift = np.stack([np.interp(time, middle, zero[:, c]) for c in range(6)], axis=1)
+        force[:, k] -= drift[:, :3]
+        moment[:, k] -= drift[:, 3:]
+        low_z, high_z = zero[:, 2].min(), zero[:, 2].max()
+        drifts = f", drifting to {high_z:.1f} N" if high_z - low_z > _ZERO_N else ""
+        assumed.append(
+            f"plate {plate.name}: unloaded it reads {low_z:.1f} N upwards{drifts} and "
+            f"{np.max(worst[3:]):.1f} N m at most; taken off"
+        )
+    return replace(plates, force=force, moment=moment), assumed, findings
+
+
+def saturated(plates: PlateForces) -> Mask:
+    """Returns where a channel stands at its limit ``(samples, plates)``.
+
+    Derived here: a peak that was cut off is the extreme of its channel, stands still for some
+    samples, and is entered and left at full slope; a true peak or a quiet stance has none.
+    """
+    out = np.zeros(plates.force.shape[:2], dtype=np.bool_)
+    channels = np.concatenate([plates.force, plates.moment], axis=2)
+    for k in range(channels.shape[1]):
+        for c in range(6):
+            signal = channels[:, k, c]
+            most = float(np.max(np.abs(signal)))
+            if most <= ENTER_N:
+                continue
+            stuck = np.abs(signal) >= most * (1.0 - _STILL)
+            if any(
+                end - start >= _STUCK and _cut_off(np.abs(signal), start, end, most)
+                for start, end in runs(stuck)
+            ):
+                # Noise lets a signal at its limit look away for a moment.
+                for start, end in runs(~stuck):
+                    stuck[start:end] |= end - start < _STUCK and 0 < start and end < len(stuck)
+                out[:, k] |= stuck
+    return out
+
+
+def lost(plates: PlateForces) -> Mask:
+    """Returns where a loaded plate repeats one sample in all its channels ``(samples, plates)``."""
+    channels = np.concatenate([plates.force, plates.moment], axis=2)
+    same = np.zeros(plates.force.shape[:2], dtype=np.bool_)
+    same[1:] = np.all(channels[1:] == channels[:-1], axis=2) & (plates.force[1:, :, 2] > ENTER_N)
+    out = np.zeros_like(same)
+    for k in range(len(plates.plates)):
+        # What never changes is a made-up constant, not a radio that fails.
+        for start, end in runs(same[:, k]):
+            jumps = end < len(same) and not np.allclose(
+                channels[end, k], channels[start, k], rtol=1e-3
+            )
+            if end - start >= _STUCK and jumps:
+                out[start:end, k] = True
+    return out
+
+
+def _cut_off(size: Array, start: int, end: int, most: float) -> bool:
+    """Whether the signal would have gone on beyond a plateau, by its slope on either side."""
+    slopes = []
+    if start >= 2:
+        slopes.append(size[start - 1] - size[start - 2])
+    if end + 1 < len(size):
+        slopes.append(size[end] - size[end + 1])
+    return bool(slopes) and 0.25 * (end - start) * min(slopes) > _OVERSHOOT * most
+
+
+def _inner(time_s: Array, start: int, end: int) -> NDArray[np.intp]:
+    """Returns the samples of a run without its margins, but where it begins or ends the file."""
+    low = time_s[start] + (_MARGIN_S if start else 0.0)
+    high = time_s[end - 1] - (_MARGIN_S if end < len(time_s) else 0.0)
+    inside = np.arange(start, end)
+    return np.asarray(inside[(time_s[start:end] >= low) & (time_s[start:end] <= high)])

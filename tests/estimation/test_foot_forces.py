@@ -1,0 +1,256 @@
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from estimation import MeasurementError
+from estimation.foot_forces import FootState, feet_from_plates
+from human import HumanModel, LocalCubic
+from human.marker_recording import ForcePlate
+from human.simulate import SensorNoise
+
+from .plate_scene import PlateScene, floor_plate, plate_forces, walking_scene
+
+#: One plate for each foot, all along the way: what a split-belt treadmill has.
+RAILS = (floor_plate("r", 1.0, -0.35, (3.0, 0.69)), floor_plate("l", 1.0, 0.35, (3.0, 0.69)))
+NOISE = SensorNoise(sd=[1.0, 1.0, 2.0, 0.3, 0.3, 0.2])
+
+
+@pytest.fixture(scope="module")
+def scene(person: HumanModel) -> PlateScene:
+    return walking_scene(person)
+
+
+@pytest.fixture
+def rails(scene):
+    return scene.plates(RAILS, np.random.default_rng(3), NOISE)
+
+
+def found(scene, plates, **options):
+    return feet_from_plates(scene.model, scene.motion, plates, **({"window_s": 0.0} | options))
+
+
+def error_n(scene, feet):
+    """Largest error of the forces where they are said to be known, and how often they are."""
+    worst, shares = 0.0, []
+    for foot, truth in zip((feet.right, feet.left), scene.truth, strict=True):
+        ok = foot.usable
+        shares.append(ok.mean())
+        worst = max(worst, np.abs(foot.wrench - truth)[ok, :3].max())
+    return worst, min(shares)
+
+
+def test_every_stance_goes_to_the_foot_that_stands(scene, rails):
+    feet = found(scene, rails)
+    worst, known = error_n(scene, feet)
+    assert known == 1.0
+    assert worst < 12.0  # four sd of the noise; at a switch one sample more or less
+    for foot, truth, side in zip((feet.right, feet.left), scene.truth, (0, 1), strict=True):
+        measured = foot.state == FootState.MEASURED
+        assert np.mean(measured == (truth[:, 2] > 20.0)) > 0.98
+        stances = [s for s in feet.stances if s.foot == ("right", "left")[side]]
+        assert {s.plate for s in stances} == {str(side + 1)}
+        # Four stances of the right foot in this walk, and four of the left.
+        assert len(stances) == 4
+    assert not feet.findings
+
+
+def test_the_covariance_is_that_of_the_plate_seen_from_the_world(scene, rails):
+    """Monte Carlo: noise about the plate's origin, carried to the world's."""
+    feet = found(scene, rails, force_sd_n=3.0, moment_sd_nm=0.5).right.select(slice(0, 1))
+    rng = np.random.default_rng(0)
+    force, moment = rng.normal(scale=3.0, size=(200000, 3)), rng.normal(scale=0.5, size=(200000, 3))
+    about_world = np.concatenate([force, moment + np.cross(RAILS[0].center, force)], axis=1)
+    np.testing.assert_allclose(feet.covariance[0], np.cov(about_world.T), atol=0.15)
+
+
+def test_smoothing_is_that_of_the_derived_accelerations(scene):
+    """The plates' sum is mass times the derived acceleration of the centre of mass, to 1 N."""
+    model, time = scene.model.pinocchio(), scene.motion.time_s
+    data = model.createData()
+    center = np.array([pin.centerOfMass(model, data, q).copy() for q in scene.motion.q])
+    rate = LocalCubic(time, window_s=0.2).derivatives(center).second
+    needed = scene.model.total_mass_kg * (rate - np.array([0.0, 0.0, -9.81]))
+    left_over = {}
+    for window_s in (0.0, 0.1, 0.2, 0.3):
+        feet = found(scene, scene.plates(RAILS, np.random.default_rng(3)), window_s=window_s)
+        total = (feet.right.wrench + feet.left.wrench)[:, :3]
+        left_over[window_s] = np.sqrt(np.mean((total - needed)[20:-20] ** 2))
+    assert left_over[0.2] < 1.0
+    assert min(left_over[w] for w in (0.0, 0.1, 0.3)) > 10.0
+
+
+def test_zeros_that_drift_are_taken_off_and_said(scene, rails):
+    drift = np.linspace(12.0, 30.0, len(rails.time_s))[:, None]
+    off = rails.force.copy()
+    off[:, 0] += drift * np.array([0.3, -0.2, -1.0])
+    moment = rails.moment.copy()
+    moment[:, 0] += drift * np.array([0.1, 0.2, 0.0])
+    feet = found(scene, replace(rails, force=off, moment=moment))
+    said = [words for words in feet.assumed if words.startswith("plate 1: unloaded")]
+    assert len(said) == 1 and "drifting" in said[0]
+    clean = found(scene, rails)
+    # Before the first and after the last unloaded time the drift is not known.
+    middle = slice(140, 420)
+    assert np.abs(feet.right.wrench - clean.right.wrench)[middle, :3].max() < 3.0
+    assert not any("plate 2: unloaded" in words for words in feet.assumed)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda f, m: (-f, -m), "points down"),
+        (lambda f, m: (f * 1e-3, m * 1e-3), "kN"),
+        (lambda f, m: (f / (70.0 * 9.81), m / (70.0 * 9.81)), "body weight"),
+        (lambda f, m: (f, m * 1e3), "moments in N mm"),
+        (lambda f, m: (f * 1e-3, m), "kN"),
+    ],
+)
+def test_units_and_signs_are_put_right_and_said(scene, rails, spoil, words):
+    force, moment = spoil(rails.force, rails.moment)
+    feet = found(scene, replace(rails, force=force, moment=moment))
+    assert any(words in text for text in feet.assumed)
+    np.testing.assert_allclose(feet.right.wrench, found(scene, rails).right.wrench, atol=0.2)
+
+
+def test_a_unit_that_several_readings_explain_is_named_and_left(scene, rails):
+    spoilt = replace(rails, force=0.1 * rails.force, moment=0.1 * rails.moment)
+    feet = found(scene, spoilt)
+    assert any("unit is not N" in text for text in feet.findings)
+    assert feet.right.wrench[:, 2].max() < 100.0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_plates_plugged_into_each_others_place_are_put_back(scene, turned):
+    near = floor_plate("a", 0.05, 0.0, (0.5, 1.2))
+    far = floor_plate("b", 1.2, 0.0, (0.6, 1.2))
+    if turned:
+        far = replace(far, rotation=np.diag([-1.0, -1.0, 1.0]))
+    right = scene.plates((near, far), np.random.default_rng(3), NOISE)
+    turn = far.rotation
+    force, moment = right.force[:, ::-1] @ turn, right.moment[:, ::-1] @ turn
+    feet = found(scene, replace(right, force=force, moment=moment))
+    assert any("exchanged" in text for text in feet.assumed)
+    as_plugged = found(scene, right)
+    np.testing.assert_array_equal(feet.right.state, as_plugged.right.state)
+    np.testing.assert_allclose(feet.right.wrench, as_plugged.right.wrench, atol=1e-9)
+    assert not any("exchanged" in text for text in as_plugged.assumed)
+
+
+def test_a_plate_at_its_limit_makes_those_frames_unknown_and_no_others(scene):
+    limited = SensorNoise(sd=NOISE.sd, limit=[np.inf, np.inf, 640.0, np.inf, np.inf, np.inf])
+    feet = found(scene, scene.plates(RAILS, np.random.default_rng(3), limited))
+    over = scene.truth[0][:, 2] > 650.0
+    assert over.sum() > 20
+    assert np.all(feet.right.state[over] == FootState.SATURATED)
+    far_below = scene.truth[0][:, 2] < 600.0
+    assert not np.any(feet.right.state[far_below] == FootState.SATURATED)
+    assert any("at its limit" in text for text in feet.findings)
+    assert feet.right.variance[over, 2].min() > 1e5
+    worst, known = error_n(scene, feet)
+    assert worst < 12.0 and known > 0.5
+
+
+def test_lost_samples_are_unknown(scene, rails):
+    force, moment = rails.force.copy(), rails.moment.copy()
+    time = rails.time_s
+    gone = (time > 0.4) & (time < 0.6)
+    force[gone, 0], moment[gone, 0] = force[gone, 0][0], moment[gone, 0][0]
+    feet = found(scene, replace(rails, force=force, moment=moment))
+    inside = (scene.motion.time_s > 0.42) & (scene.motion.time_s < 0.58)
+    assert np.all(feet.right.state[inside] == FootState.UNMEASURED)
+    assert np.all(feet.left.usable)
+
+
+def test_feet_beside_the_plates_are_not_known_and_the_others_stay(scene):
+    tiles = (floor_plate("a", 0.55, 0.0, (0.6, 0.6)), floor_plate("b", 1.16, 0.0, (0.6, 0.6)))
+    feet = found(scene, scene.plates(tiles, np.random.default_rng(3), NOISE))
+    for foot, truth in zip((feet.right, feet.left), scene.truth, strict=True):
+        loaded, carried = truth[:, 2] > 100.0, foot.wrench[:, 2] > 50.0
+        assert np.mean(foot.state[loaded & ~carried] == FootState.UNMEASURED) > 0.95
+        wrong = foot.usable & (np.abs(foot.wrench - truth)[:, 2] > 100.0)
+        assert wrong.mean() < 0.02
+    assert np.mean(feet.known) > 0.1
+    assert any("stands on no plate" in text for text in feet.findings)
+
+
+def test_two_feet_on_one_plate_share_it_and_their_sum_is_exact(scene):
+    whole = (floor_plate("a", 1.0, 0.0, (3.0, 1.3)),)
+    feet = found(scene, scene.plates(whole, np.random.default_rng(3)))
+    total = feet.right.wrench + feet.left.wrench
+    np.testing.assert_allclose(total, scene.truth.sum(axis=0), atol=1e-6)
+    shared = feet.right.state == FootState.SHARED
+    both = scene.contact.all(axis=1)
+    assert np.mean(shared[both]) == 1.0
+    alone = feet.right.state == FootState.MEASURED
+    assert alone.sum() > 50
+    assert not np.any(both & alone)
+    assert np.all(feet.known)
+
+
+def test_half_a_foot_on_a_plate_is_not_known(scene):
+    """The right foot's second stance (x 0.4 to 0.7 m): half of it bears on the floor beside."""
+    rng = np.random.default_rng(3)
+    full = scene.plates(RAILS, rng)
+    time = full.time_s
+    during = (time > 1.69) & (time < 2.41)
+    wrench = np.concatenate(
+        [full.force, full.moment + np.cross([p.center for p in RAILS], full.force)], axis=2
+    )
+    wrench[during, 0] *= 0.5
+    at = np.median((-wrench[during, 0, 4] / np.maximum(wrench[during, 0, 2], 1.0))[100:250])
+    before = floor_plate("r", at - 2.0, -0.35, (4.0, 0.69))
+    spoilt = plate_forces(time, (before, RAILS[1]), wrench)
+    feet = found(scene, spoilt)
+    inside = (scene.motion.time_s > 1.8) & (scene.motion.time_s < 2.3)
+    assert np.all(feet.right.state[inside] == FootState.UNMEASURED)
+    assert any("half on plate 1" in text for text in feet.findings)
+    assert np.all(feet.left.usable)
+
+
+def test_what_is_loaded_under_no_foot_is_left_out(scene, rails):
+    rail = ForcePlate("rail", np.array([1.0, -1.5, 0.9]), 0.9)
+    force = np.concatenate([rails.force, np.zeros((len(rails.time_s), 1, 3))], axis=1)
+    force[200:900, 2] = [0.0, 0.0, 120.0]
+    moment = np.concatenate([rails.moment, np.zeros((len(rails.time_s), 1, 3))], axis=1)
+    feet = found(scene, replace(rails, plates=(*rails.plates, rail), force=force, moment=moment))
+    assert any("plate rail" in text and "left out" in text for text in feet.findings)
+    np.testing.assert_allclose(feet.right.wrench, found(scene, rails).right.wrench, atol=1e-9)
+
+
+def test_support_that_no_plate_feels_is_said(scene, rails):
+    less = replace(rails, force=0.75 * rails.force, moment=0.75 * rails.moment)
+    assert any("plates lack 2" in text for text in found(scene, less).findings)
+
+
+def test_the_caller_knows_better(scene, rails):
+    feet = found(scene, rails, assign={"1": "left", "2": "right"})
+    assert all(s.given for s in feet.stances)
+    assert np.all(feet.left.state[:50] == FootState.MEASURED)
+    assert any("given to the left by the caller" in text for text in feet.findings)
+    with pytest.raises(MeasurementError, match="assign: expected one of the plates 1, 2"):
+        found(scene, rails, assign={"7": "left"})
+
+
+def test_clock_and_span_of_the_plates_are_their_own(scene, rails):
+    early = replace(rails, time_s=rails.time_s + 3.0)
+    feet = found(scene, early, clock_offset_s=-3.0)
+    np.testing.assert_allclose(feet.right.wrench, found(scene, rails).right.wrench, atol=1e-6)
+    with pytest.raises(MeasurementError, match="clock_offset_s"):
+        found(scene, replace(rails, time_s=rails.time_s + 30.0))
+    part = slice(200, 300)
+    cut = feet_from_plates(scene.model, scene.motion.select(part), rails, window_s=0.0)
+    whole = found(scene, rails).select(part)
+    np.testing.assert_allclose(cut.right.wrench, whole.right.wrench, atol=2.0)
+
+
+def test_frames_without_plate_samples_are_not_known(scene, rails):
+    keep = (rails.time_s < 0.3) | (rails.time_s > 0.8)
+    gap = replace(
+        rails, time_s=rails.time_s[keep], force=rails.force[keep], moment=rails.moment[keep]
+    )
+    feet = found(scene, gap)
+    inside = (scene.motion.time_s > 0.32) & (scene.motion.time_s < 0.78)
+    assert np.all(feet.right.state[inside] == FootState.UNMEASURED)
+    assert np.all(feet.right.usable[scene.motion.time_s > 0.9])
