@@ -40,6 +40,7 @@ from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor
+from prediction.promp import ProMp
 from prediction.rollout import Follower, HandNoise, Rollout
 from prediction.train import (
     TrainingOptions,
@@ -77,6 +78,7 @@ __all__ = [
     "Prediction",
     "PredictionError",
     "Predictor",
+    "ProMp",
     "Rollout",
     "SbM",
     "Skeleton",

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.demonstrations import Demonstrations
-from prediction.null_space import NullSpaceBasis, NullSpaceFrame
-from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
+from prediction.joint_gaussian import JointGaussian
+from prediction.null_space import NullSpaceBasis
+from prediction.predictor import Progress, ShouldStop, check_stop
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def shrunk_moment(qdot: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class CovIk(Predictor):
+class CovIk(JointGaussian):
     """The joint velocity of a Gaussian, given that the hand moves as led.
 
     One second moment of the demonstrations says how the joints move together; it is the strongest
@@ -68,30 +69,17 @@ class CovIk(Predictor):
         return cls(moment, 1.0, NullSpaceBasis.around(demonstrations.jacobian))
 
     @property
-    def basis(self) -> NullSpaceBasis:
-        """The null-space axes."""
-        return self.reference
-
-    @property
     def weights(self) -> Array:
         """The second moment is the weight matrix."""
         return self.second_moment
 
-    def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
-        """Zero: the whole mean is in the weights."""
-        return np.zeros((*q.shape[:-1], self.reference.redundancy))
+    def joint_mean(self, q: Array, xdot: Array) -> Array:
+        """Zero: a hand at rest means a body at rest."""
+        return np.zeros_like(q)
 
-    def null_covariance(
-        self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
-    ) -> Array:
-        """What the hand leaves open: ``V' (C - C J' (J C J')^-1 J C) V``.
-
-        Computed as ``(V' C^-1 V)^-1``, equal by the inverse of a partitioned matrix and positive
-        definite however small it is.
-        """
-        V = frame.matrix()
-        precision = np.swapaxes(V, -1, -2) @ np.linalg.solve(self.second_moment, V)
-        return np.asarray(self.scale * np.linalg.inv(precision))
+    def joint_variance(self, q: Array, xdot: Array) -> Array:
+        """The calibration alone."""
+        return np.full(q.shape[:-1], self.scale)
 
     def null_velocity(self, q: Array, xdot: Array, jacobian: Array) -> Array:
         """Zero, without working out the basis."""

@@ -10,16 +10,12 @@ from scipy.optimize import minimize
 
 from prediction.demonstrations import Demonstrations
 from prediction.held_out_likelihood import HeldOutEngine
+from prediction.joint_gaussian import JointGaussian
 from prediction.kernels import InputScaling, KernelKind
 from prediction.law_search import HELD_OUT_PARTS, START_SAMPLES, STARTS
 from prediction.marginal_likelihood import clip_theta
-from prediction.null_space import (
-    NullSpaceBasis,
-    NullSpaceFrame,
-    weighted_pseudo_inverse,
-    weighted_solution,
-)
-from prediction.predictor import Prediction, Predictor, Progress, ShouldStop, check_stop
+from prediction.null_space import NullSpaceBasis, weighted_pseudo_inverse, weighted_solution
+from prediction.predictor import Prediction, Progress, ShouldStop, check_stop
 from prediction.process import Process
 
 Array = NDArray[np.float64]
@@ -33,7 +29,7 @@ _RAISED = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class CcGp(Predictor):
+class CcGp(JointGaussian):
     """A process on all joint velocities, each prediction conditioned on the hand moving as led.
 
     Neither weights nor axes are searched: the covariance S between the joints takes the place of
@@ -135,36 +131,17 @@ class CcGp(Predictor):
         return float(-0.5 * (quadratic + log_det + size * np.log(2.0 * np.pi)).mean())
 
     @property
-    def basis(self) -> NullSpaceBasis:
-        """The null-space axes."""
-        return self.reference
-
-    @property
     def weights(self) -> Array:
         """S: the covariance between the joints."""
         return self.process.output_covariance
 
-    def null_mean(self, q: Array, xdot: Array, frame: NullSpaceFrame) -> Array:
-        """What the process says beyond moving the hand."""
-        return frame.coordinates(self._free_mean(q, xdot, frame.jacobian))
+    def joint_mean(self, q: Array, xdot: Array) -> Array:
+        """The mean of the process."""
+        return self.process.mean(q, xdot)
 
-    def null_velocity(self, q: Array, xdot: Array, jacobian: Array) -> Array:
-        """``(I - K J) mu``, without working out the basis."""
-        return self._free_mean(q, xdot, jacobian)
-
-    def _free_mean(self, q: Array, xdot: Array, jacobian: Array) -> Array:
-        mean = self.process.mean(q, xdot)
-        moved = np.einsum("...mn,...n->...m", jacobian, mean)
-        return np.asarray(mean - weighted_solution(self.weights, jacobian, moved))
-
-    def null_covariance(
-        self, q: Array, xdot: Array, frame: NullSpaceFrame, jacobian: Array
-    ) -> Array:
-        """What the hand leaves open of ``v S``, as in `CovIk`."""
-        V = frame.matrix()
-        precision = np.swapaxes(V, -1, -2) @ np.linalg.solve(self.weights, V)
-        variance = self.scale * self.process.variance(q, xdot)
-        return np.asarray(variance[..., None, None] * np.linalg.inv(precision))
+    def joint_variance(self, q: Array, xdot: Array) -> Array:
+        """Noise and what the demonstrations leave open."""
+        return np.asarray(self.scale * self.process.variance(q, xdot))
 
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance."""
@@ -211,7 +188,7 @@ class Gp(CcGp):
 
     def predict(self, q: Array, xdot: Array, jacobian: Array) -> Prediction:
         """The process's own mean and covariance; the hand is not held to anything."""
-        variance = self.scale * self.process.variance(q, xdot)
+        variance = self.joint_variance(q, xdot)
         factor = np.linalg.cholesky(self.process.output_covariance)
         return Prediction(
             mean=self.process.mean(q, xdot),
@@ -224,7 +201,7 @@ class Gp(CcGp):
     ) -> tuple[Array, Array]:
         """The hand moves as the process happens to move it."""
         mean = np.einsum("...mn,...n->...m", jacobian, self.process.mean(q, xdot))
-        variance = self.scale * self.process.variance(q, xdot)[..., None, None]
+        variance = self.joint_variance(q, xdot)[..., None, None]
         spread = jacobian @ self.process.output_covariance @ np.swapaxes(jacobian, -1, -2)
         return mean, variance * spread
 

@@ -10,10 +10,14 @@ from prediction.joint_process import CcGp, Gp
 from prediction.locov_ik import LoCovIk
 from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.predictor import Predictor
+from prediction.promp import ProMp
 
 #: Every method; the baselines are always trained and shown beside any other.
 METHODS: Mapping[str, type[Predictor]] = MappingProxyType(
-    {cls.name: cls for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk, CcGp, NsGp, WIk, SbM, Gp)}
+    {
+        cls.name: cls
+        for cls in (MiNsGp, CovIk, MinimumNormIk, LoCovIk, CcGp, NsGp, WIk, SbM, Gp, ProMp)
+    }
 )
 BASELINES: tuple[str, ...] = (CovIk.name, MinimumNormIk.name)
 #: Asked for instead of a method: train the candidates and take what held-out motion prefers.

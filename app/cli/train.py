@@ -7,14 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from app.cli.output import Json, console, print_json, progress_bar, show
+from app.cli.output import (
+    ColumnsFile,
+    Json,
+    MarkerSetFile,
+    console,
+    print_json,
+    progress_bar,
+    show,
+)
 from app.plain import plain
 from app.problems import InvalidRequest
 
 if TYPE_CHECKING:
     from app.training import Trained
-
-_ROLES = ("motion", "static", "grf")
 
 
 class Method(StrEnum):
@@ -29,6 +35,7 @@ class Method(StrEnum):
     CC_GP = "cc-gp"
     GP = "gp"
     SB_M = "sb-m"
+    PROMP = "promp"
 
 
 class Optimizer(StrEnum):
@@ -86,27 +93,11 @@ Height = Annotated[float, typer.Option("--height", help="Stature, m.")]
 Mass = Annotated[float, typer.Option("--mass", help="Body mass, kg.")]
 
 
-def motion_files(names: list[str]) -> list[Path]:
-    """Returns the paths of motion recordings; a name may carry its role, as in ``motion:FILE``.
-
-    Raises:
-        InvalidRequest: A role that training does not use.
-    """
-    files = []
-    for name in names:
-        role, colon, rest = name.partition(":")
-        if colon and role in _ROLES and not Path(name).exists():
-            if role != "motion":
-                raise InvalidRequest(
-                    f"{name}: training takes motion alone; leave out files of role {role!r}."
-                )
-            name = rest
-        files.append(Path(name))
-    return files
-
-
 def train(
-    files: Annotated[list[str], typer.Argument(help="Recordings of one person: MVNX or BVH.")],
+    files: Annotated[
+        list[str],
+        typer.Argument(help="Recordings of one person: MVNX, BVH, or markers with static:FILE."),
+    ],
     height: Height,
     mass: Mass,
     out: Annotated[Path, typer.Option(help="The model file to write.")],
@@ -134,9 +125,12 @@ def train(
     accept: Annotated[
         list[str] | None, typer.Option(help="Go on in spite of this finding (may be repeated).")
     ] = None,
+    marker_set: MarkerSetFile = None,
+    columns: ColumnsFile = None,
     as_json: Json = False,
 ) -> None:
     """Trains an operator's posture model; prints how it does on motion it has not seen."""
+    from app.takes import takes_of
     from app.training import motions_of
     from app.training import train as train_model
     from human import Subject
@@ -144,6 +138,10 @@ def train(
 
     if not out.parent.is_dir():
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
+    takes = takes_of(files, marker_set, columns)
+    for take in takes:
+        if take.grf is not None:
+            raise InvalidRequest(f"grf:{take.grf.name}: training takes motion alone; leave it out.")
     subject = Subject(height, mass, sex.value)
     options = TrainingOptions(
         method=method.value,
@@ -155,7 +153,7 @@ def train(
     )
     with progress_bar(as_json) as bar:
         task = bar.add_task("reading", total=1.0)
-        model, motions, notes = motions_of(motion_files(files), subject, accept or [])
+        model, motions, notes = motions_of(takes, subject, accept or [])
         trained = train_model(
             model,
             motions,

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from human.simulate import simulate_planar
 from human.simulate.planar import PlanarArm, PlanarDemonstrations
 from prediction import (
+    METHODS,
     CovIk,
     Demonstrations,
     MinimumNormIk,
@@ -130,8 +131,15 @@ def fit_and_score(
     for label, cls, options in (
         ("MI-NsGP", MiNsGp, {"optimizer": optimizer}),
         ("MI-NsGP, paper's kernel", MiNsGp, {"optimizer": optimizer, "kernel": "paper"}),
+        ("NsGP", METHODS["nsgp"], {"kernel": "paper"}),
+        ("LoCov-IK", METHODS["locov-ik"], {}),
+        ("CC-GP", METHODS["cc-gp"], {}),
+        ("W-IK", METHODS["w-ik"], {}),
         ("Cov-IK", CovIk, {}),
+        ("Sb-M", METHODS["sb-m"], {}),
         ("minimum-norm IK", MinimumNormIk, {}),
+        ("GP", METHODS["gp"], {}),
+        ("ProMP", METHODS["promp"], {}),
     ):
         start = time.process_time()
         fitted = cls.fit(train, np.random.default_rng(seed), **options)

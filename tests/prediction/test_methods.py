@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planar import planar_demonstrations
+from planar import PlanarChain, planar_demonstrations
 from scipy.stats import multivariate_normal
 
 from prediction import (
@@ -14,9 +14,11 @@ from prediction import (
     DemonstrationError,
     MinimumNormIk,
     MiNsGp,
+    ProMp,
     TrainingCancelledError,
     UnsupportedMethodError,
     WIk,
+    demonstrations_from_samples,
 )
 from prediction.null_space import weighted_solution
 
@@ -323,6 +325,28 @@ def test_ablations_learn_their_part_only(fitted, split):
 def test_weights_alone_are_found_by_either_optimiser(split, fitted, optimizer):
     found = WIk.fit(split[1], np.random.default_rng(0), optimizer=optimizer, max_evaluations=1500)
     np.testing.assert_allclose(np.log(found.weights), np.log(fitted["w-ik"].weights), atol=0.02)
+
+
+def test_a_primitive_tells_the_phase_and_is_held_to_the_hand(rng):
+    """Four noisy repetitions of one movement: phase, velocity and spread are those of it."""
+    chain, count = PlanarChain(), 60
+    time = np.tile(np.linspace(0.0, 2.0, count), 4)
+    phase = time / 2.0
+    amplitude = np.repeat(1.0 + 0.1 * rng.normal(size=4), count)[:, None]
+    shape = np.array([0.5, -0.4, 0.3, 0.2, -0.3])
+    q = 0.4 + amplitude * shape * (1 - np.cos(np.pi * phase))[:, None] / 2
+    qdot = amplitude * shape * (np.pi / 4 * np.sin(np.pi * phase))[:, None]
+    takes = np.repeat(np.arange(4), count)
+    data = demonstrations_from_samples(
+        chain, q, qdot + 0.01 * rng.normal(size=q.shape), time, takes
+    )
+    model = ProMp.fit(data, rng)
+    found = model.phase(q) / 49
+    assert np.abs(found - phase)[(phase > 0.15) & (phase < 0.85)].max() < 0.1
+    middle = np.abs(phase - 0.5) < 0.02
+    np.testing.assert_allclose(model.joint_mean(q, data.xdot)[middle], qdot[middle], atol=0.08)
+    sd = np.sqrt(np.einsum("tii->ti", model.weights_at(q[middle])))
+    assert (sd > 0.3 * 0.1 * np.pi / 4 * np.abs(shape)).all() and (sd < 0.15).all()
 
 
 def test_minimum_norm_is_the_smallest_velocity(fitted, split):
