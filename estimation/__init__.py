@@ -37,16 +37,30 @@ from estimation.foot_force_record import FootForce, FootForces, FootState, Plate
 from estimation.foot_forces import feet_from_plates
 from estimation.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
+from estimation.kernel import KernelState, compile_kernel, kernel_state
 from estimation.map_errors import (
     CovarianceError,
+    KernelMissingError,
     MissingMeasurementError,
     SensorError,
     TreeError,
     UnknownLinkError,
 )
 from estimation.map_estimator import estimate
+from estimation.model_uncertainty import ModelErrors
 from estimation.norm_quantiles import norm_quantiles
 from estimation.payload import Payload, payload
+from estimation.recording_run import RecordingRun, estimate_run
+from estimation.run_records import (
+    Balance,
+    HandState,
+    HoldMass,
+    PayloadHold,
+    RunChunk,
+    RunSettings,
+    RunSettingsError,
+    RunSummary,
+)
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,
@@ -67,6 +81,7 @@ __all__ = [
     "TPOSE_NO_LOAD",
     "Accelerometer",
     "AngularAcceleration",
+    "Balance",
     "BaseVelocity",
     "Contact",
     "ContactDetector",
@@ -83,21 +98,32 @@ __all__ = [
     "FootState",
     "ForceTorque",
     "FreeWrench",
+    "HandState",
+    "HoldMass",
     "IllConditionedError",
     "ImuPlacement",
     "JointAcceleration",
     "JointEfforts",
     "JointLoad",
+    "KernelMissingError",
+    "KernelState",
     "LinkMotion",
     "Measurement",
     "MeasurementError",
     "Method",
     "MissingMeasurementError",
     "ModelCovariances",
+    "ModelErrors",
     "NoContactError",
     "Payload",
+    "PayloadHold",
     "PlacementEstimator",
     "PlateStance",
+    "RecordingRun",
+    "RunChunk",
+    "RunSettings",
+    "RunSettingsError",
+    "RunSummary",
     "SensorError",
     "SingularContactsError",
     "StanceCalibration",
@@ -107,14 +133,17 @@ __all__ = [
     "base_velocity",
     "calibrate_stance",
     "classify_by_force",
+    "compile_kernel",
     "configuration_from_link",
     "contacts_of_motion",
     "contacts_of_tracks",
     "estimate",
+    "estimate_run",
     "feet_from_plates",
     "hinge_tree",
     "joint_efforts",
     "joint_load",
+    "kernel_state",
     "norm_quantiles",
     "payload",
     "place_imu",
