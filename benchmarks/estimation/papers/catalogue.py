@@ -3,10 +3,14 @@
 from collections.abc import Callable, Mapping
 
 from benchmarks.estimation.papers import (
+    arm_torques,
     contact_phases,
+    feet_covariance,
     fixed_floating,
     gait_torques,
+    hand_covariance,
     measured_estimated,
+    tpose_effort,
 )
 from benchmarks.estimation.papers.reports import Report
 from benchmarks.estimation.papers.scenes import Scenes
@@ -16,5 +20,9 @@ EXPERIMENTS: Mapping[str, Callable[[Scenes], Report]] = {
     "measured": measured_estimated.experiment,
     "gait": gait_torques.experiment,
     "fixed": fixed_floating.experiment,
+    "effort": tpose_effort.experiment,
+    "feet": feet_covariance.experiment,
+    "arm": arm_torques.experiment,
+    "hand": hand_covariance.experiment,
 }
 __all__ = ["EXPERIMENTS", "Scenes"]

@@ -14,7 +14,11 @@ from benchmarks.estimation.papers.tables_2019 import TABLE_4
 #: The foot that the paper makes the fixed base in each task; in T4 none stays.
 FIXED = {"T1": "LeftFoot", "T2": "RightFoot", "T3": "LeftFoot"}
 NAMES = tuple(TABLE_4)
-WAYS = {"paper": "its covariances", "heavier": "body 3 % too heavy", "noise": "the noise's"}
+WAYS = {
+    "paper": "2019 covariances",
+    "heavier": "the same, body 3 % too heavy",
+    "noise": "the noise's",
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,7 @@ SHOE = SensorNoise(
 )
 PLATE = SensorNoise(sd=(1.0, 1.0, 1.0, 0.15, 0.15, 0.15), offset_sd=0.02)
 RADIO = Dropouts(per_s=0.1, mean_s=0.06)
+_NONE, ALWAYS = SensorNoise(), Dropouts()
 #: Standard deviation of what a sensor says in a frame that never arrived: nothing.
 LOST_ACCELERATION, LOST_WRENCH = 30.0, 3e3
 
@@ -48,10 +49,10 @@ class Measured:
     Attributes:
         name: of the task.
         model: the person.
-        motion: joint positions and velocities, taken as known, as the papers do.
-        simulated: the truth.
+        simulated: the truth; positions and velocities are taken as known, as the papers do.
         sensors: readings with the noise that they have as covariance.
         arrived: ``T`` frames in which no sensor was lost.
+        acceleration: ``T x nv`` of the motion, with noise: what the rate of momentum is made from.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Measured:
     simulated: SimulatedMotion
     sensors: tuple[Measurement, ...]
     arrived: np.ndarray
+    acceleration: np.ndarray
 
     @property
     def time_s(self) -> np.ndarray:
@@ -66,10 +68,10 @@ class Measured:
         return self.simulated.motion.time_s
 
     def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns positions, velocities and accelerations."""
+        """Returns positions, velocities and measured accelerations."""
         motion = self.simulated.motion
-        assert motion.v is not None and motion.a is not None
-        return motion.q, motion.v, motion.a
+        assert motion.v is not None
+        return motion.q, motion.v, self.acceleration
 
     def torque(self) -> np.ndarray:
         """Returns the true torques, ``T x n_dof`` N m."""
@@ -83,18 +85,22 @@ def measured(
     rng: np.random.Generator,
     *,
     feet: str = "shoes",
+    exact: bool = False,
 ) -> Measured:
     """Reads a motion with ``shoes`` or ``plates``, and 17 inertial sensors.
 
     The pelvis's sensor sits at the link's origin, so that it and the estimate can be held together
-    as in 2019, Fig. 7. Joint accelerations have white noise of 0.05 rad/s^2.
+    as in 2019, Fig. 7. Joint accelerations have white noise of 0.05 rad/s^2. ``exact`` leaves out
+    noise, offsets and losses, and states the covariances that would have been.
     """
     motion = simulated.motion
+    assert motion.a is not None
+    size = 0.0 if exact else 1.0
     mounts = [
         ImuMount("Pelvis", np.zeros(3), np.eye(3)) if mount.segment == "Pelvis" else mount
         for mount in imu_mounts(model, rng, IMU_SEGMENTS)
     ]
-    noise = ImuNoise(accelerometer=ACCELEROMETER, dropouts=RADIO)
+    noise = None if exact else ImuNoise(accelerometer=ACCELEROMETER, dropouts=RADIO)
     arrived = np.ones(len(motion), dtype=bool)
     sensors: list[Measurement] = []
     for reading in simulate_imus(model, motion, mounts, rng, noise=noise):
@@ -109,14 +115,12 @@ def measured(
                 reading.mount.rotation,
             )
         )
-    assert motion.a is not None
-    joints = motion.a[:, 6:]
-    joints = joints + JOINT_SD * rng.normal(size=joints.shape)
-    sensors.append(JointAcceleration(joints, JOINT_SD**2))
-    for sensor, received in _feet(model, simulated, rng, feet):
+    acceleration = motion.a + size * JOINT_SD * rng.normal(size=motion.a.shape)
+    sensors.append(JointAcceleration(acceleration[:, 6:], JOINT_SD**2))
+    for sensor, received in _feet(model, simulated, rng, feet, exact):
         arrived &= received
         sensors.append(sensor)
-    return Measured(name, model, simulated, tuple(sensors), arrived)
+    return Measured(name, model, simulated, tuple(sensors), arrived, acceleration)
 
 
 def as_in_the_paper(sensors: tuple[Measurement, ...], preset: TwoStepCovariances) -> list:
@@ -178,12 +182,13 @@ def foot_wrenches(task: Measured) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _feet(
-    model: HumanModel, simulated: SimulatedMotion, rng: np.random.Generator, kind: str
+    model: HumanModel, simulated: SimulatedMotion, rng: np.random.Generator, kind: str, exact: bool
 ) -> list[tuple[ForceTorque, np.ndarray]]:
     out = []
+    shoe_noise, plate_noise, radio = (SHOE, PLATE, RADIO) if not exact else (_NONE, _NONE, ALWAYS)
     if kind == "shoes":
         for shoe in simulate_shoes(
-            model, simulated, shoe_sensors(model), rng, noise=SHOE, dropouts=RADIO
+            model, simulated, shoe_sensors(model), rng, noise=shoe_noise, dropouts=radio
         ):
             covariance = _wrench_covariance(SHOE, shoe.received)
             sensor = ForceTorque(
@@ -195,7 +200,7 @@ def _feet(
             )
             out.append((sensor, shoe.received))
         return out
-    recording = simulate_plates(simulated, plate_pair(), rng, noise=PLATE)
+    recording = simulate_plates(simulated, plate_pair(), rng, noise=plate_noise)
     for name, plate in zip(FEET, recording.readings, strict=True):
         at = plate.plate
         origin = at.center + at.rotation @ at.sensor_origin

@@ -137,6 +137,12 @@ class Scenes:
         )
         return measured("walking", self.model, move, rng)
 
+    @cached_property
+    def tpose_exact(self) -> Measured:
+        """The same as `tpose_loaded`, with sensors that do not err."""
+        move = self.tpose_loaded.simulated
+        return measured("T-pose", self.model, move, self._rng(3), feet="plates", exact=True)
+
     def _tpose(self, sides: tuple[str, ...], load_kg: float, rng: np.random.Generator) -> Measured:
         level = {
             f"j{side}{joint}": 0.0
