@@ -48,6 +48,7 @@ class Estimate:
             errors of the model are in them, too, ``tuning`` for the papers' presets, whose bands
             cover little of the truth, ``none``.
         assumed: what was derived or changed instead of measured, in words.
+        engine: what did the arithmetic, the compiled ``kernel`` or ``numpy``; their numbers agree.
     """
 
     tree: EstimationTree
@@ -73,6 +74,7 @@ class Estimate:
     residual_chi2: Array | None
     bands: Bands
     assumed: tuple[str, ...]
+    engine: Literal["kernel", "numpy"] = "numpy"
 
     def link(self, name: str) -> int:
         """Returns the column of a link.
@@ -93,3 +95,56 @@ class Estimate:
         if name not in self.tree.joint_names:
             raise UnknownLinkError(name, self.tree.joint_names)
         return self.tree.joint_names.index(name)
+
+
+def from_results(
+    results: Mapping[str, Array],
+    *,
+    tree: EstimationTree,
+    method: Method,
+    frames: IntArray,
+    left_out: Mapping[str, tuple[int, ...]],
+    sites: tuple[str, ...],
+    bands: Literal["uncertainty", "tuning", "none"],
+    assumed: tuple[str, ...],
+    engine: Literal["kernel", "numpy"],
+) -> Estimate:
+    """Makes the record from arrays by name; those that a method does not give are None.
+
+    Args:
+        results: arrays by their names in `Estimate`.
+        tree: see `Estimate`, as all that follow.
+        method: how it was made.
+        frames: which were estimated.
+        left_out: which were not.
+        sites: where something unmeasured may push.
+        bands: what the standard deviations are.
+        assumed: in words.
+        engine: what did the arithmetic.
+    """
+    return Estimate(
+        tree=tree,
+        method=method,
+        frames=frames,
+        left_out=left_out,
+        link_acceleration=results["link_acceleration"],
+        external_wrench=results["external_wrench"],
+        joint_wrench=results["joint_wrench"],
+        joint_acceleration=results["joint_acceleration"],
+        torque=results["torque"],
+        link_acceleration_sd=results.get("link_acceleration_sd"),
+        external_wrench_sd=results.get("external_wrench_sd"),
+        joint_wrench_sd=results.get("joint_wrench_sd"),
+        joint_acceleration_sd=results.get("joint_acceleration_sd"),
+        torque_sd=results.get("torque_sd"),
+        joint_moment_covariance=results.get("joint_moment_covariance"),
+        sites=sites,
+        site_covariance=results.get("site_covariance"),
+        site_prior=results.get("site_prior"),
+        link_rotation=results["link_rotation"],
+        residual=results["residual"],
+        residual_chi2=results.get("residual_chi2"),
+        bands=bands,
+        assumed=assumed,
+        engine=engine,
+    )

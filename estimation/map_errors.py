@@ -35,6 +35,10 @@ class SensorError(EstimationError):
         self.sensor, self.frames = sensor, tuple(frames)
 
 
+class KernelMissingError(EstimationError):
+    """The compiled kernel is asked for and is not there for this processor."""
+
+
 class MissingMeasurementError(EstimationError):
     """The estimate needs something that nobody measured and that cannot be derived."""
 

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation.covariances import APPLICATION, ModelCovariances, TwoStepCovariances
-from estimation.cross_covariance import wrench_covariance
-from estimation.elimination import sweep_down, sweep_down_spreads, sweep_up
-from estimation.estimate_record import Estimate, Method
-from estimation.map_errors import MissingMeasurementError, UnknownLinkError
+from estimation.estimate_record import Estimate, Method, from_results
+from estimation.exact_solution import CHUNK, Wanted, gathered, numpy_solution, solution
+from estimation.kernel import Results, Solve, kernel_state, loaded_kernel
+from estimation.map_errors import KernelMissingError, MissingMeasurementError, UnknownLinkError
 from estimation.momentum import momentum_rate, newton_euler
 from estimation.ncwe import external_wrenches
-from estimation.problem import Problem, assemble, net_wrenches
+from estimation.problem import net_wrenches
 from estimation.run_inputs import (
     Missing,
     completed,
@@ -36,10 +36,9 @@ from estimation.sensors import (
     JointAcceleration,
     Measurement,
 )
-from estimation.spatial import Array, times
+from estimation.spatial import Array, IntArray, times
 from estimation.tree import EstimationTree
 from estimation.tree_kinematics import (
-    TreeKinematics,
     base_acceleration,
     check_state,
     link_accelerations,
@@ -47,21 +46,24 @@ from estimation.tree_kinematics import (
     tree_kinematics,
 )
 
-#: Frames worked on at once: a link's matrices then stay in the processor's cache.
-CHUNK = 256
-_Part = dict[str, Array]
-
 
 @dataclass(frozen=True, slots=True)
 class _Run:
     """Everything that holds for the whole run."""
 
-    tree: EstimationTree
-    covariances: ModelCovariances
+    wanted: Wanted
     preset: TwoStepCovariances
     diagonal_at: str
-    sites: tuple[str, ...]
-    spreads: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Frames that are worked on at once."""
+
+    q: Array
+    v: Array
+    a: Array | None
+    measurements: Sequence[Measurement]
 
 
 def estimate(
@@ -77,6 +79,7 @@ def estimate(
     diagonal_at: str = "com",
     missing: Missing = "refuse",
     spreads: bool = True,
+    engine: Literal["auto", "kernel", "numpy"] = "auto",
 ) -> Estimate:
     """Estimates a run; a live frame is a run of one.
 
@@ -94,6 +97,9 @@ def estimate(
         diagonal_at: where the preset's momentum covariance is diagonal: ``com`` or ``base``.
         missing: ``refuse`` frames with numbers that are not finite, or ``leave_out`` and name them.
         spreads: whether to compute standard deviations; half the time.
+        engine: ``kernel``, compiled for this processor by `compile_kernel`; ``numpy``, the same
+            numbers some 30 times as slowly; ``auto``: the kernel if there is one. None of them
+            ever waits for a compiler.
 
     Returns:
         Means and standard deviations of the frames estimated.
@@ -102,6 +108,7 @@ def estimate(
         SensorError: shapes do not fit, or numbers are not finite.
         UnknownLinkError: a sensor is on a link that the tree has not.
         MissingMeasurementError: an acceleration is neither measured nor given.
+        KernelMissingError: the kernel is asked for and has not been compiled.
         CovarianceError: a covariance is not one, or beyond double precision.
 
     Source: Latella et al. 2019, eq. 11-25 and appendix A; Tirupachuri et al. 2021, eq. 1-25.
@@ -121,107 +128,67 @@ def estimate(
     if method != "deterministic":
         believed = model if method == "one_step" else _as_derived(preset)
         given, assumed = completed(tree, state, velocity, acceleration, measurements, believed)
-    run = _Run(tree, model, preset, diagonal_at, free_links(measurements), spreads)
+    believed = preset.covariances if method == "two_step" else model
+    kernel = None if method == "deterministic" else chosen_kernel(engine)
+    wanted = Wanted(tree, believed, free_links(measurements), spreads, kernel)
+    run = _Run(wanted, preset, diagonal_at)
     solve = _SOLVERS[method]
+    size = len(chosen) if method == "one_step" else CHUNK
     parts = []
-    for part in rows(len(chosen), CHUNK):
-        index = chosen[part]
-        local = [of_frames(sensor, index, len(state)) for sensor in given]
-        kinematics = tree_kinematics(tree, state[index], velocity[index])
-        here = None if acceleration is None else acceleration[index]
-        out = solve(run, kinematics, velocity[index], here, local)
-        out["link_rotation"] = kinematics.rotation.swapaxes(0, 1)
-        parts.append(out)
-    gathered = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    for part in rows(len(chosen), size):
+        parts.append(solve(run, _part(chosen[part], state, velocity, acceleration, given)))
+    found = gathered(parts)
     bands: Literal["uncertainty", "tuning", "none"] = "none"
-    if "torque_sd" in gathered:
+    if "torque_sd" in found:
         bands = "uncertainty" if method == "one_step" else "tuning"
-    return Estimate(
+    return from_results(
+        found,
         tree=tree,
         method=method,
         frames=chosen,
         left_out=left_out,
-        link_acceleration=gathered["link_acceleration"],
-        external_wrench=gathered["external_wrench"],
-        joint_wrench=gathered["joint_wrench"],
-        joint_acceleration=gathered["joint_acceleration"],
-        torque=gathered["torque"],
-        link_acceleration_sd=gathered.get("link_acceleration_sd"),
-        external_wrench_sd=gathered.get("external_wrench_sd"),
-        joint_wrench_sd=gathered.get("joint_wrench_sd"),
-        joint_acceleration_sd=gathered.get("joint_acceleration_sd"),
-        torque_sd=gathered.get("torque_sd"),
-        joint_moment_covariance=gathered.get("joint_moment_covariance"),
-        sites=run.sites,
-        site_covariance=gathered.get("site_covariance"),
-        site_prior=gathered.get("site_prior"),
-        link_rotation=gathered["link_rotation"],
-        residual=gathered["residual"],
-        residual_chi2=gathered.get("residual_chi2"),
+        sites=wanted.sites,
         bands=bands,
         assumed=tuple(assumed),
+        engine="kernel" if wanted.compiled else "numpy",
     )
 
 
-def _one_step(
-    run: _Run,
-    kinematics: TreeKinematics,
-    v: Array,
-    a: Array | None,
-    measurements: Sequence[Measurement],
+def chosen_kernel(engine: str) -> Solve | None:
+    """Returns the compiled kernel, if it is wanted and there.
+
+    Raises:
+        KernelMissingError: it is asked for and has not been compiled.
+    """
+    kernel = None if engine == "numpy" else loaded_kernel()
+    if engine == "kernel" and kernel is None:
+        raise KernelMissingError(f"engine 'kernel': {kernel_state().reason}")
+    return kernel
+
+
+def _part(
+    index: IntArray, q: Array, v: Array, a: Array | None, measurements: Sequence[Measurement]
 ) -> _Part:
-    problem = assemble(run.tree, kinematics, measurements, run.covariances, len(v))
-    return _solved(problem, run)
+    """Cuts a run to some of its frames; all of them are not copied."""
+    if len(index) == len(q):
+        return _Part(q, v, a, measurements)
+    local = [of_frames(sensor, index, len(q)) for sensor in measurements]
+    return _Part(q[index], v[index], None if a is None else a[index], local)
 
 
-def _solved(problem: Problem, run: _Run) -> _Part:
-    """Solves an assembled problem and puts frames first."""
-    gains, root = sweep_up(problem)
-    means = sweep_down(problem, gains, root)
-    out: _Part = {
-        "link_acceleration": means.a.swapaxes(0, 1),
-        "external_wrench": means.fx.swapaxes(0, 1),
-        "joint_wrench": means.fj[1:].swapaxes(0, 1),
-        "joint_acceleration": means.s,
-        "torque": means.tau,
-        "residual": root.residual,
-        "residual_chi2": -np.einsum("fi,fij,fj->f", root.residual, root.B, root.residual),
-    }
-    if not run.spreads:
-        return out
-    spread = sweep_down_spreads(problem, gains, root)
-    for name, block in (
-        ("link_acceleration_sd", spread.Ca),
-        ("external_wrench_sd", spread.Cfx),
-        ("joint_wrench_sd", spread.Cfj[1:]),
-    ):
-        out[name] = np.sqrt(np.diagonal(block, axis1=-2, axis2=-1)).swapaxes(0, 1)
-    out["joint_acceleration_sd"] = np.sqrt(spread.s)
-    out["torque_sd"] = np.sqrt(spread.tau)
-    out["joint_moment_covariance"] = spread.Cfj[1:, :, 3:, 3:].swapaxes(0, 1)
-    links = [problem.tree.link_names.index(name) for name in run.sites]
-    out["site_covariance"] = wrench_covariance(problem, gains, spread, links)
-    prior = np.zeros_like(out["site_covariance"])
-    for place, link in enumerate(links):
-        part = slice(6 * place, 6 * place + 6)
-        prior[:, part, part] = problem.Px[link]
-    out["site_prior"] = prior
-    return out
+def _one_step(run: _Run, part: _Part) -> Results:
+    return solution(run.wanted, part.q, part.v, part.measurements)
 
 
-def _deterministic(
-    run: _Run,
-    kinematics: TreeKinematics,
-    v: Array,
-    a: Array | None,
-    measurements: Sequence[Measurement],
-) -> _Part:
+def _deterministic(run: _Run, part: _Part) -> Results:
     """Inverse dynamics; what nothing measured is taken to bear nothing."""
+    v, a, measurements = part.v, part.a, part.measurements
     assert a is not None
-    tree = run.tree
+    tree = run.wanted.tree
+    kinematics = tree_kinematics(tree, part.q, v)
     base = base_acceleration(kinematics, v, a)
     accelerations = link_accelerations(tree, kinematics, base, a[:, 6:])
-    _, wrenches = net_wrenches(tree, kinematics, measurements, run.covariances, len(v))
+    _, wrenches = net_wrenches(tree, kinematics, measurements, run.wanted.covariances, len(v))
     joints, residual = newton_euler(tree, kinematics, accelerations, wrenches)
     torque = np.empty((len(v), tree.n_dof))
     for link, dofs in enumerate(tree.dofs):
@@ -232,20 +199,17 @@ def _deterministic(
         "joint_wrench": joints[1:].swapaxes(0, 1),
         "joint_acceleration": a[:, 6:],
         "torque": torque,
+        "link_rotation": kinematics.rotation.swapaxes(0, 1),
         "residual": residual,
     }
 
 
-def _two_step(
-    run: _Run,
-    kinematics: TreeKinematics,
-    v: Array,
-    a: Array | None,
-    measurements: Sequence[Measurement],
-) -> _Part:
+def _two_step(run: _Run, part: _Part) -> Results:
     """External wrenches from the balance of momentum, then everything with those as measured."""
+    v, a, measurements = part.v, part.a, part.measurements
     assert a is not None
-    tree, preset, frames = run.tree, run.preset, len(v)
+    tree, preset, frames = run.wanted.tree, run.preset, len(v)
+    kinematics = tree_kinematics(tree, part.q, v)
     model = preset.covariances
     first = [_for_first_step(sensor, preset) for sensor in measurements]
     Px, fbar = net_wrenches(tree, kinematics, first, model, frames)
@@ -276,9 +240,11 @@ def _two_step(
     feet = force_sensors(measurements)
     for link, name in enumerate(tree.link_names):
         variance = preset.second_feet if name in feet else preset.untouched
-        variance = preset.second_hands if name in run.sites else variance
+        variance = preset.second_hands if name in run.wanted.sites else variance
         second.append(ForceTorque(name, wrenches[link], variance))
-    return _solved(assemble(tree, kinematics, second, model, frames), run)
+    if run.wanted.compiled:
+        return solution(run.wanted, part.q, v, second)
+    return numpy_solution(run.wanted, kinematics, second, frames)
 
 
 def _as_derived(preset: TwoStepCovariances) -> ModelCovariances:
@@ -296,9 +262,7 @@ def _for_first_step(sensor: Measurement, preset: TwoStepCovariances) -> Measurem
     return sensor
 
 
-_Solver = Callable[
-    [_Run, TreeKinematics, Array, Array | None, Sequence[Measurement]], dict[str, Array]
-]
+_Solver = Callable[[_Run, _Part], Results]
 _SOLVERS: dict[Method, _Solver] = {
     "one_step": _one_step,
     "two_step": _two_step,

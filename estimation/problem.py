@@ -103,8 +103,9 @@ def assemble(
             raise UnknownLinkError(sensor.link, tree.link_names)
     J, j = _accelerations(tree, kinematics, measurements, covariances, frames)
     Px, fbar = net_wrenches(tree, kinematics, measurements, covariances, frames)
-    Gs, s_hat = _joints(tree, measurements, covariances, frames)
-    dynamics, kinematic, hinge = _model(tree, covariances)
+    variance, s_hat = joint_information(tree, measurements, covariances, frames)
+    Gs = [variance[:, dofs] for dofs in tree.dofs]
+    dynamics, kinematic, hinge = model_noise(tree, covariances)
     prior = covariances.joint_wrench_prior
     return Problem(
         tree=tree,
@@ -123,15 +124,15 @@ def assemble(
     )
 
 
-def _model(
+def model_noise(
     tree: EstimationTree, covariances: ModelCovariances
 ) -> tuple[list[Array], list[Array], list[Array]]:
-    """Covariances of each link's equations, and of one massless link's where carried over."""
+    """Returns covariances of each link's equations, and of one massless link's if carried over."""
     dynamics, kinematic, hinge = [], [], []
-    untouched = _with_prior(_untouched(covariances), np.zeros(6), covariances)[0]
+    between_links = _with_prior(untouched(covariances), np.zeros(6), covariances)[0]
     for axes in tree.axes:
         between = max(0, len(axes) - 1) if covariances.carried_from_hinges else 0
-        massless = covariances.dynamics * np.eye(6) + untouched
+        massless = covariances.dynamics * np.eye(6) + between_links
         dynamics.append(covariances.dynamics * np.eye(6) + between * massless)
         kinematic.append((1 + between) * covariances.kinematics * np.eye(6))
         hinge.append(massless if between else np.zeros((6, 6)))
@@ -152,24 +153,43 @@ def _accelerations(
         if not isinstance(sensor, Accelerometer | AngularAcceleration):
             continue
         link = tree.link_names.index(sensor.link)
-        axes = turning(sensor, sensor.rotation, frames)
+        axes, r, C, weighted = observation(sensor, frames)
         y = values(sensor, sensor.value, frames, 3)
-        C = np.zeros((len(axes), 3, 6))
-        if isinstance(sensor, Accelerometer):
-            r = point(sensor, sensor.position, frames)
-            C = np.concatenate([transposed(axes), -transposed(axes) @ skew(r)], axis=-1)
+        if r is not None:
             w = kinematics.omega[link]
             y = y - times(transposed(axes), cross(w, cross(w, r)))
-        else:
-            C[..., 3:] = transposed(axes)
-        covariance = blocks(sensor, sensor.covariance, frames, 3)
-        weighted = transposed(C) @ symmetric(inverse(covariance))
         J[link] = J[link] + symmetric(weighted @ C)
         j[link] += times(weighted, y)
     return J, j
 
 
-def _untouched(covariances: ModelCovariances) -> Array:
+def observation(
+    sensor: Accelerometer | AngularAcceleration, frames: int
+) -> tuple[Array, Array | None, Array, Array]:
+    """Returns how an acceleration's sensor sees its link.
+
+    Args:
+        sensor: the sensor.
+        frames: how many there are.
+
+    Returns:
+        Its axes ``(1 or frames, 3, 3)``; its place ``(1 or frames, 3)``, or None where that does
+        not matter; ``C``, ``(1 or frames, 3, 6)``: what it reads of the link's acceleration; and
+        ``C'`` times the inverse of its covariance.
+    """
+    axes = turning(sensor, sensor.rotation, frames)
+    place, C = None, np.zeros((len(axes), 3, 6))
+    if isinstance(sensor, Accelerometer):
+        place = point(sensor, sensor.position, frames)
+        C = np.concatenate([transposed(axes), -transposed(axes) @ skew(place)], axis=-1)
+    else:
+        C[..., 3:] = transposed(axes)
+    covariance = blocks(sensor, sensor.covariance, frames, 3)
+    return axes, place, C, transposed(C) @ symmetric(inverse(covariance))
+
+
+def untouched(covariances: ModelCovariances) -> Array:
+    """Returns the covariance ``(6, 6)`` of the wrench on a link that nothing is known to touch."""
     force, moment = covariances.untouched_force_sd**2, covariances.untouched_moment_sd**2
     return checked_blocks("untouched links", np.diag([force] * 3 + [moment] * 3))
 
@@ -203,10 +223,11 @@ def net_wrenches(
     for sensor in measurements:
         if isinstance(sensor, ForceTorque):
             link = tree.link_names.index(sensor.link)
-            carry = _wrench_carrier(sensor, link, kinematics, frames)
-            y = times(carry, values(sensor, sensor.value, frames, 6))
-            noise = blocks(sensor, sensor.covariance, frames, 6)
-            block = symmetric(carry @ noise @ transposed(carry))
+            carry = wrench_carrier(sensor, frames, kinematics, link)
+            y = values(sensor, sensor.value, frames, 6)
+            block = blocks(sensor, sensor.covariance, frames, 6)
+            if carry is not None:
+                y, block = times(carry, y), symmetric(carry @ block @ transposed(carry))
         elif isinstance(sensor, FreeWrench):
             link = tree.link_names.index(sensor.link)
             y = np.zeros((frames, 6))
@@ -216,7 +237,7 @@ def net_wrenches(
             continue
         before = known.get(link, (np.zeros((1, 6, 6)), np.zeros((frames, 6))))
         known[link] = (before[0] + block, before[1] + y)
-    default = (_untouched(covariances)[None], np.zeros((frames, 6)))
+    default = (untouched(covariances)[None], np.zeros((frames, 6)))
     Px, fbar = [], np.empty((tree.n_links, frames, 6))
     for link in range(tree.n_links):
         block, fbar[link] = _with_prior(*known.get(link, default), covariances)
@@ -224,25 +245,48 @@ def net_wrenches(
     return Px, fbar
 
 
-def _wrench_carrier(
-    sensor: ForceTorque, link: int, kinematics: TreeKinematics, frames: int
-) -> Array:
-    """Returns ``(frames or 1, 6, 6)``: from the sensor's axes and point to the link's."""
+def wrench_carrier(
+    sensor: ForceTorque,
+    frames: int,
+    kinematics: TreeKinematics | None = None,
+    link: int = 0,
+) -> Array | None:
+    """Returns ``(1 or frames, 6, 6)``: from the sensor's axes and point to its link's.
+
+    Args:
+        sensor: the sensor.
+        frames: how many there are.
+        kinematics: needed for a sensor that is fixed to the world.
+        link: its link's index, needed with ``kinematics``.
+
+    Returns:
+        The matrix, or None where the sensor's axes and point are the link's.
+    """
     axes = turning(sensor, sensor.rotation, frames)
     place = point(sensor, sensor.position, frames)
     if sensor.fixed_to == "world":
+        assert kinematics is not None
         back = transposed(kinematics.rotation[link])
         place = times(back, place - kinematics.position[link])
         axes = back @ axes
+    elif sensor.rotation is None and not np.any(place):
+        return None
     return transposed(motion_transform(axes, place))
 
 
-def _joints(
+def joint_information(
     tree: EstimationTree,
     measurements: Sequence[Measurement],
     covariances: ModelCovariances,
     frames: int,
-) -> tuple[list[Array], Array]:
+) -> tuple[Array, Array]:
+    """Returns variances ``(1 or frames, n_dof)`` and means ``(frames, n_dof)`` of the joints.
+
+    Raises:
+        SensorError: a value or covariance has the wrong shape.
+        CovarianceError: a covariance is not one.
+        MissingMeasurementError: nobody knows the joint accelerations.
+    """
     prior = 1.0 / covariances.joint_acceleration_prior
     information = np.full((1, tree.n_dof), prior)
     vector = np.full((frames, tree.n_dof), prior * covariances.prior_mean)
@@ -258,4 +302,4 @@ def _joints(
             "a finite joint_acceleration_prior; got none, and they are never taken to be zero"
         )
     variance = 1.0 / information
-    return [variance[:, dofs] for dofs in tree.dofs], variance * vector
+    return variance, variance * vector

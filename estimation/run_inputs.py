@@ -24,11 +24,11 @@ from estimation.sensors import (
     frames_at_fault,
 )
 from estimation.spatial import Array, IntArray
-from estimation.tree import EstimationTree
-from estimation.tree_kinematics import base_acceleration, rows, tree_kinematics
+from estimation.tree import BASE_NQ, EstimationTree
+from estimation.tree_kinematics import proper_acceleration
+from human.rotations import quaternion_to_matrix
 
 Missing = Literal["refuse", "leave_out"]
-_CHUNK = 1024
 
 
 def usable_frames(
@@ -132,12 +132,7 @@ def completed(
                 "link accelerations: expected an Accelerometer or the motion's accelerations `a`; "
                 "got neither, and they are never taken to be zero, which would be free fall"
             )
-        base = np.concatenate(
-            [
-                base_acceleration(tree_kinematics(tree, q[part], v[part]), v[part], a[part])
-                for part in rows(len(q), _CHUNK)
-            ]
-        )
+        base = proper_acceleration(quaternion_to_matrix(q[:, 3:BASE_NQ]), v, a)
         pelvis = tree.link_names[0]
         linear, angular = covariances.derived_acceleration_sd, covariances.derived_angular_sd
         out.append(Accelerometer(pelvis, base[:, :3], linear**2))

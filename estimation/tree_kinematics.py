@@ -165,9 +165,14 @@ def base_acceleration(kinematics: TreeKinematics, v: Array, a: Array) -> Array:
     Source: Latella et al. 2019, eq. 12. The body acceleration lacks ``omega x v``; the sign of
     eq. 13 as printed is the other one.
     """
+    return proper_acceleration(kinematics.rotation[0], v, a)
+
+
+def proper_acceleration(rotation: Array, v: Array, a: Array) -> Array:
+    """The same from the base's axes in the world ``(frames, 3, 3)`` alone."""
     out = a[:, :6].copy()
     out[:, :3] += cross(v[:, 3:6], v[:, :3])
-    out[:, :3] -= times(transposed(kinematics.rotation[0]), np.broadcast_to(GRAVITY, (len(a), 3)))
+    out[:, :3] -= rotation[:, 2] * GRAVITY[2]
     return out
 
 

@@ -225,7 +225,7 @@ def test_a_frame_alone_gives_what_the_whole_run_gave(tree, scene, monkeypatch):
     )
     np.testing.assert_allclose(alone.torque, whole.torque[one], rtol=0, atol=1e-12)
     np.testing.assert_allclose(alone.torque_sd, whole.torque_sd[one], rtol=1e-11)
-    monkeypatch.setattr("estimation.map_estimator.CHUNK", 7)
+    monkeypatch.setattr("estimation.kernel.batch.CHUNK", 7)
     parts = run(tree, scene)
     np.testing.assert_allclose(parts.torque, whole.torque, rtol=0, atol=1e-12)
 

@@ -1,0 +1,181 @@
+"""The kernel for this processor: compiled on request, kept on disk, loaded in milliseconds.
+
+Nothing here compiles unless `compile_kernel` is called, so that no process that serves frames as
+they come waits for a compiler. What is kept is found again by a digest of the kernel's own code,
+the compiler's version and the processor; anything else is never loaded.
+"""
+
+import hashlib
+import os
+import platform
+import sys
+import tempfile
+from collections.abc import Callable
+from ctypes import CFUNCTYPE, c_int64, c_void_p
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from estimation.kernel.whole import NAME, kernel_code
+
+#: Of a kept file: the digest of the rest, so that half a file is not taken for a whole one.
+_DIGEST_BYTES = 32
+Solve = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class KernelState:
+    """Whether the compiled kernel is there.
+
+    Attributes:
+        ready: whether `estimate` and `Estimator` use it in this process.
+        path: the file that it is kept in, or None.
+        reason: in words, and what to do if it is not there.
+    """
+
+    ready: bool
+    path: Path | None
+    reason: str
+
+
+@dataclass(slots=True)
+class _Loaded:
+    """What this process has loaded; the engine owns the memory that ``solve`` points into."""
+
+    solve: Solve | None = None
+    path: Path | None = None
+    reason: str = ""
+    engine: Any = None
+    tried: bool = False
+
+
+_loaded = _Loaded()
+
+
+def kernel_state() -> KernelState:
+    """Says whether the compiled kernel is used in this process, and where from."""
+    _load()
+    return KernelState(_loaded.solve is not None, _loaded.path, _loaded.reason)
+
+
+def loaded_kernel() -> Solve | None:
+    """Returns the compiled kernel if there is one for this processor; never compiles."""
+    _load()
+    return _loaded.solve
+
+
+def compile_kernel() -> KernelState:
+    """Compiles the kernel unless a current one is kept; about a second.
+
+    Call it where waiting is no harm: when a service starts, before a long job, at installation.
+    Where nothing can be written, the kernel serves this process alone.
+    """
+    _load()
+    if _loaded.solve is None:
+        code = _compiled()
+        _take(code)
+        _loaded.path, kept = _keep(code)
+        _loaded.reason = f"compiled in this process; {kept}"
+    return kernel_state()
+
+
+def folders() -> tuple[Path, ...]:
+    """Returns where the kernel may be kept, best first: with the package, or with the user."""
+    home = Path.home()
+    if sys.platform == "darwin":
+        user = home / "Library" / "Caches"
+    else:
+        user = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
+    return (Path(__file__).parent / "__pycache__", user / "ergocast")
+
+
+def _load() -> None:
+    """Loads what is kept, once a process."""
+    if _loaded.tried:
+        return
+    _loaded.tried = True
+    name = _file_name()
+    for folder in folders():
+        path = folder / name
+        try:
+            content = path.read_bytes()
+        except OSError:
+            continue
+        code = content[_DIGEST_BYTES:]
+        if hashlib.sha256(code).digest() == content[:_DIGEST_BYTES]:
+            _take(code)
+            _loaded.path, _loaded.reason = path, f"loaded from {path}"
+            return
+    _loaded.reason = (
+        "no compiled kernel for this processor: estimates are made with numpy, some 50 times as "
+        "slow; estimation.compile_kernel() makes one in about a second"
+    )
+
+
+def _take(code: bytes) -> None:
+    """Makes machine code callable."""
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    signature = CFUNCTYPE(None, c_void_p, c_int64)
+    _loaded.solve, _loaded.engine = signature(engine.get_function_address(NAME)), engine
+
+
+def _keep(code: bytes) -> tuple[Path | None, str]:
+    """Writes machine code into the first folder that takes it, whole or not at all."""
+    problem = ""
+    for folder in folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(dir=folder, delete=False) as file:
+                file.write(hashlib.sha256(code).digest() + code)
+            path = folder / _file_name()
+            os.replace(file.name, path)
+        except OSError as error:
+            problem = problem or str(error)
+            continue
+        return path, f"kept as {path}"
+    return None, f"not kept ({problem})"
+
+
+@cache
+def _file_name() -> str:
+    """Names the file after all that the machine code depends on."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    for word in (
+        llvmlite.__version__,
+        platform.system(),
+        platform.machine(),
+        llvm.get_host_cpu_name(),
+        llvm.get_host_cpu_features().flatten(),
+    ):
+        digest.update(word.encode())
+    return f"kernel-{digest.hexdigest()[:24]}.bin"
+
+
+@cache
+def _machine() -> Any:
+    """The processor that this runs on, with all it can do."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=3,
+        codemodel="jitdefault",
+        jit=True,
+    )
+
+
+def _compiled() -> bytes:
+    machine = _machine()
+    wide = bool(llvm.get_host_cpu_features().get("avx512f", False))
+    module = llvm.parse_assembly(kernel_code(wide))
+    module.verify()
+    return bytes(machine.emit_object(module))

@@ -1,0 +1,303 @@
+"""Turns a run's measurements into the kernel's tables: numbers by reference, constant or by frame.
+
+What a link's own sensors say together is what `problem.assemble` says; only what depends on
+positions and velocities is left to the kernel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.covariances import INFINITE, ModelCovariances
+from estimation.kernel.layout import (
+    GLOBAL,
+    GLOBAL_SIZE,
+    LINK_CONSTANTS,
+    LINK_CONSTANTS_SIZE,
+    LINK_ROW,
+    LINK_ROW_SIZE,
+    PAIR_ROW_SIZE,
+    PLATE_ROW_SIZE,
+    SENSOR_ROW_SIZE,
+    SETTING,
+    SETTINGS,
+    columns,
+)
+from estimation.problem import (
+    joint_information,
+    model_noise,
+    observation,
+    untouched,
+    wrench_carrier,
+)
+from estimation.sensors import (
+    Accelerometer,
+    AngularAcceleration,
+    ForceTorque,
+    FreeWrench,
+    Measurement,
+    blocks,
+    checked_blocks,
+    describe,
+    point,
+    turning,
+    values,
+)
+from estimation.spatial import Array, IntArray, inverse, symmetric, times, transposed
+from estimation.tree import EstimationTree
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The kernel's inputs but for the state.
+
+    Attributes:
+        constants: numbers that hold for all frames.
+        by_frame: ``(frames, ...)`` arrays that stand in the row of each frame, after the state.
+        starts: the column where each of those starts.
+        width: numbers in the row of a frame.
+        links: whole numbers of each link.
+        plates: of each force plate.
+        motion_sensors: of each accelerometer.
+        pairs: of each pair of sites.
+        paths: links between sites and where they meet, one after another.
+        settings: of the run.
+    """
+
+    constants: Array
+    by_frame: tuple[Array, ...]
+    starts: tuple[int, ...]
+    width: int
+    links: IntArray
+    plates: IntArray
+    motion_sensors: IntArray
+    pairs: IntArray
+    paths: IntArray
+    settings: IntArray
+
+
+class _Numbers:
+    """Collects numbers and hands out references to them."""
+
+    def __init__(self, tree: EstimationTree) -> None:
+        self.constants: list[Array] = []
+        self.count = GLOBAL_SIZE + tree.n_links * LINK_CONSTANTS_SIZE
+        self.by_frame: list[Array] = []
+        self.starts: list[int] = []
+        self.width = columns(tree.n_dof)[1]
+
+    def refer(self, array: Array) -> int:
+        """Takes ``(1 or frames, ...)`` numbers: the same for all frames, or each frame's own."""
+        flat = array.reshape(len(array), -1)
+        return self.same(flat[0]) if len(flat) == 1 else self.own(flat)
+
+    def same(self, flat: Array) -> int:
+        """Takes numbers that hold for all frames."""
+        self.constants.append(flat.ravel())
+        self.count += flat.size
+        return self.count - flat.size
+
+    def own(self, flat: Array) -> int:
+        """Takes ``(frames, n)`` numbers of each frame."""
+        self.by_frame.append(flat)
+        self.starts.append(self.width)
+        self.width += flat.shape[1]
+        return -1 - self.starts[-1]
+
+
+def tables(
+    tree: EstimationTree,
+    measurements: Sequence[Measurement],
+    covariances: ModelCovariances,
+    frames: int,
+    sites: Sequence[str],
+    spreads: bool,
+) -> Tables:
+    """Makes the tables of a run.
+
+    Args:
+        tree: the links.
+        measurements: all finite, ``frames`` each, on links of the tree.
+        covariances: of the model; not carried over from hinges.
+        frames: how many.
+        sites: links whose wrenches' covariances are wanted together.
+        spreads: whether standard deviations are wanted.
+
+    Raises:
+        SensorError: a value or covariance has the wrong shape.
+        CovarianceError: a covariance is not one.
+        MissingMeasurementError: nobody knows the joint accelerations.
+    """
+    numbers = _Numbers(tree)
+    links = np.zeros((tree.n_links, LINK_ROW_SIZE), dtype=np.int64)
+    for link, (axes, dofs) in enumerate(zip(tree.axes, tree.dofs, strict=True)):
+        links[link, LINK_ROW["parent"]] = max(0, tree.parents[link])
+        links[link, LINK_ROW["axes"]] = len(axes)
+        links[link, LINK_ROW["axis"] : LINK_ROW["axis"] + len(axes)] = axes
+        links[link, LINK_ROW["dof"] : LINK_ROW["dof"] + len(axes)] = dofs
+    sensors = _motion_sensors(tree, measurements, covariances, frames, numbers, links)
+    plates = _wrenches(tree, measurements, covariances, frames, numbers, links)
+    variance, mean = joint_information(tree, measurements, covariances, frames)
+    settings = np.zeros(len(SETTINGS), dtype=np.int64)
+    pairs, paths = _pairs(tree, sites)
+    for name, number in {
+        "n_links": tree.n_links,
+        "n_dof": tree.n_dof,
+        "spreads": int(spreads),
+        "prior_on_joint_wrenches": int(covariances.joint_wrench_prior != INFINITE),
+        "prior_on_wrenches": int(covariances.wrench_prior != INFINITE),
+        "n_sites": len(sites),
+        "n_pairs": len(pairs),
+        "joint_variance": numbers.refer(variance),
+        "joint_mean": numbers.own(mean),
+    }.items():
+        settings[SETTING[name]] = number
+    settings[SETTING["width"]] = numbers.width
+    constants = np.concatenate([_fixed(tree, covariances), *numbers.constants])
+    return Tables(
+        constants=constants,
+        by_frame=tuple(numbers.by_frame),
+        starts=tuple(numbers.starts),
+        width=numbers.width,
+        links=links,
+        plates=plates,
+        motion_sensors=sensors,
+        pairs=pairs,
+        paths=paths,
+        settings=settings,
+    )
+
+
+def _fixed(tree: EstimationTree, covariances: ModelCovariances) -> Array:
+    """Constants of the model alone."""
+    out = np.zeros(GLOBAL_SIZE + tree.n_links * LINK_CONSTANTS_SIZE)
+    mean = covariances.prior_mean
+    out[GLOBAL["information_mean"]] = mean / covariances.acceleration_prior
+    out[GLOBAL["wrench_information"]] = 1.0 / covariances.wrench_prior
+    out[GLOBAL["wrench_pull"]] = mean / covariances.wrench_prior
+    out[GLOBAL["prior_mean"]] = mean
+    if covariances.joint_wrench_prior != INFINITE:
+        start = GLOBAL["joint_wrench_prior"]
+        out[start : start + 36] = (covariances.joint_wrench_prior * np.eye(6)).ravel()
+    dynamics, kinematic, _ = model_noise(tree, covariances)
+    rows = out[GLOBAL_SIZE:].reshape(tree.n_links, LINK_CONSTANTS_SIZE)
+    for name, block in (
+        ("offset", tree.offsets),
+        ("inertia", tree.inertias),
+        ("dynamics", np.array(dynamics)),
+        ("kinematic", np.array(kinematic)),
+        ("kinematic_inverse", inverse(np.array(kinematic))[:, :, 3:]),
+    ):
+        flat = block.reshape(tree.n_links, -1)
+        start = LINK_CONSTANTS[name]
+        rows[:, start : start + flat.shape[1]] = flat
+    return out
+
+
+def _motion_sensors(
+    tree: EstimationTree,
+    measurements: Sequence[Measurement],
+    covariances: ModelCovariances,
+    frames: int,
+    numbers: _Numbers,
+    links: IntArray,
+) -> IntArray:
+    """Refers to what accelerometers tell; returns their rows, link by link."""
+    prior = np.eye(6)[None] / covariances.acceleration_prior
+    J = [prior] * tree.n_links
+    rows: list[list[list[int]]] = [[] for _ in tree.link_names]
+    nowhere = numbers.same(np.zeros(3))
+    for sensor in measurements:
+        if not isinstance(sensor, Accelerometer | AngularAcceleration):
+            continue
+        link = tree.link_names.index(sensor.link)
+        axes, r, C, weighted = observation(sensor, frames)
+        J[link] = J[link] + symmetric(weighted @ C)
+        spun = weighted if sensor.rotation is None else weighted @ transposed(axes)
+        rows[link].append(
+            [
+                numbers.refer(weighted),
+                numbers.refer(spun),
+                nowhere if r is None else numbers.refer(r),
+                numbers.own(values(sensor, sensor.value, frames, 3)),
+            ]
+        )
+    plain = numbers.same(prior[0])
+    for link, block in enumerate(J):
+        own = plain if block is prior else numbers.refer(block)
+        links[link, LINK_ROW["information"]] = own
+    return _in_turn(rows, links, "first_sensor", "last_sensor", SENSOR_ROW_SIZE)
+
+
+def _in_turn(
+    rows: list[list[list[int]]], links: IntArray, first: str, last: str, size: int
+) -> IntArray:
+    """Puts the links' rows one after another and tells each link which are its own."""
+    ends = np.cumsum([len(own) for own in rows])
+    links[:, LINK_ROW[last]] = ends
+    links[1:, LINK_ROW[first]] = ends[:-1]
+    flat = [row for own in rows for row in own]
+    return np.array(flat, dtype=np.int64).reshape(-1, size)
+
+
+def _wrenches(
+    tree: EstimationTree,
+    measurements: Sequence[Measurement],
+    covariances: ModelCovariances,
+    frames: int,
+    numbers: _Numbers,
+    links: IntArray,
+) -> IntArray:
+    """Refers to what force sensors tell; returns the rows of plates, link by link."""
+    noise: dict[int, Array] = {}
+    summed: dict[int, Array] = {}
+    plates: list[list[list[int]]] = [[] for _ in tree.link_names]
+    nothing = np.zeros((1, 6, 6))
+    for sensor in measurements:
+        if not isinstance(sensor, ForceTorque | FreeWrench):
+            continue
+        link = tree.link_names.index(sensor.link)
+        if isinstance(sensor, FreeWrench):
+            variances = [sensor.force_sd**2] * 3 + [sensor.moment_sd**2] * 3
+            block = checked_blocks(describe(sensor), np.diag(variances))[None]
+            noise[link] = noise.get(link, nothing) + block
+            continue
+        y = values(sensor, sensor.value, frames, 6)
+        block = blocks(sensor, sensor.covariance, frames, 6)
+        if sensor.fixed_to == "world":
+            noise.setdefault(link, nothing)
+            place = point(sensor, sensor.position, frames)
+            axes = turning(sensor, sensor.rotation, frames)
+            own = [numbers.refer(part) for part in (axes, place, block)]
+            plates[link].append([*own, numbers.own(y)])
+            continue
+        carry = wrench_carrier(sensor, frames)
+        if carry is not None:
+            y, block = times(carry, y), symmetric(carry @ block @ transposed(carry))
+        noise[link] = noise.get(link, nothing) + block
+        summed[link] = summed[link] + y if link in summed else y
+    untouched_block = numbers.same(untouched(covariances))
+    for link in range(tree.n_links):
+        spread = numbers.refer(noise[link]) if link in noise else untouched_block
+        links[link, LINK_ROW["wrench_covariance"]] = spread
+        mean = numbers.own(summed[link]) if link in summed else GLOBAL["zeros"]
+        links[link, LINK_ROW["wrench"]] = mean
+    return _in_turn(plates, links, "first_plate", "last_plate", PLATE_ROW_SIZE)
+
+
+def _pairs(tree: EstimationTree, sites: Sequence[str]) -> tuple[IntArray, IntArray]:
+    """Returns each pair of sites, a site with itself included, and the paths to where they meet."""
+    where = [tree.path(tree.link_names.index(name)) for name in sites]
+    pairs, paths = [], [0]
+    for row, first in enumerate(where):
+        for column, second in enumerate(where[row:], row):
+            meeting = next(link for link in second if link in first)
+            pair = [row, column, first[0], second[0], meeting]
+            for path in (first, second):
+                start = len(paths)
+                paths.extend(path[: path.index(meeting)])
+                pair.extend([start, len(paths)])
+            pairs.append(pair)
+    table = np.array(pairs, dtype=np.int64).reshape(-1, PAIR_ROW_SIZE)
+    return table, np.array(paths, dtype=np.int64)

@@ -1,0 +1,69 @@
+"""The whole kernel: all passes over all frames, eight at a time."""
+
+from llvmlite import ir
+
+from estimation.kernel.block_products import Blocks
+from estimation.kernel.layout import COMMON, SETTING, TABLE
+from estimation.kernel.site_pairs import write_pair
+from estimation.kernel.vector_code import LANES, LONG, POINTER, Code, constant, splat
+from estimation.kernel.way_down import write_link_out, write_means, write_spreads
+from estimation.kernel.way_out import write_base, write_place, write_terms
+from estimation.kernel.way_up import write_eliminate, write_root
+
+#: The one function that is called from outside: the table of tables, and the number of frames.
+NAME = "solve"
+
+
+def kernel_code(wide_registers: bool) -> str:
+    """Returns the kernel in LLVM's language.
+
+    Args:
+        wide_registers: whether the processor has 32 registers that hold eight numbers each.
+    """
+    module = ir.Module("kernel")
+    blocks = Blocks(module, rows_at_once=2 if wide_registers else 1)
+    base, place, terms = write_base(blocks), write_place(blocks), write_terms(blocks)
+    eliminate, root = write_eliminate(blocks), write_root(blocks)
+    means, spreads = write_means(blocks), write_spreads(blocks)
+    link_out, pair = write_link_out(blocks), write_pair(blocks)
+    code = Code(module, NAME, [POINTER, LONG])
+    tables, count = code.arguments
+    builder = code.builder
+    work, rows = code.entry(tables, TABLE["work"]), code.entry(tables, TABLE["rows"])
+    settings = code.entry(tables, TABLE["settings"])
+    links = code.whole(settings, SETTING["n_links"])
+    batches = builder.sdiv(builder.add(count, constant(LANES - 1)), constant(LANES))
+    zero, one = constant(0), constant(1)
+    final = builder.sub(count, one)
+    with code.loop(0, batches) as batch:
+        first = builder.mul(batch, constant(LANES))
+        for lane in range(LANES):
+            # The last frame fills up the last batch; it comes out the same each time.
+            frame = builder.add(first, constant(lane))
+            beyond = builder.icmp_signed(">", frame, final)
+            frame = builder.select(beyond, final, frame)
+            builder.store(frame, builder.gep(rows, [constant(lane)], source_etype=LONG), align=8)
+        code.store(splat(float("inf")), work, COMMON["least"])
+        builder.call(base, [tables, zero])
+        builder.call(terms, [tables, zero])
+        with code.loop(1, links) as link:
+            builder.call(place, [tables, link])
+            builder.call(terms, [tables, link])
+        with code.loop(1, links) as step:
+            builder.call(eliminate, [tables, builder.sub(links, step)])
+        builder.call(root, [tables, zero])
+        with code.loop(1, links) as link:
+            builder.call(means, [tables, link])
+        with code.when(code.whole(settings, SETTING["spreads"])):
+            with code.loop(1, links) as link:
+                builder.call(spreads, [tables, link])
+            with code.loop(0, code.whole(settings, SETTING["n_pairs"])) as which:
+                builder.call(pair, [tables, which])
+        with code.loop(0, links) as link:
+            builder.call(link_out, [tables, link])
+        status = code.at(work, COMMON["least"])
+        put = module.globals["put"]
+        out = code.entry(tables, TABLE["status"])
+        builder.call(put, [out, rows, constant(3), constant(2), status, one])
+    code.done()
+    return str(module)
