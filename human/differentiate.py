@@ -9,14 +9,14 @@ section 3.2 (third order, for joint velocities and accelerations). Uneven spacin
 rotations derived here.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from human.errors import MotionError
-from human.model import BASE_NQ, Array
+from human.model import BASE_NQ, Array, IntArray
 from human.motion import Motion, Provenance, check_quaternions, check_times
 from human.rotations import (
     quaternion_conjugate,
@@ -24,6 +24,7 @@ from human.rotations import (
     quaternion_to_matrix,
     quaternion_to_rotation_vector,
 )
+from human.spherical_rates import spherical_rates
 
 #: Default window, s: passes motions of up to about 8 Hz at 60 frames per second.
 WINDOW_S = 0.2
@@ -117,7 +118,13 @@ class LocalCubic:
         value, first, second = out.reshape(3, *signal.shape)
         return Derivatives(value, first, second, self.weak)
 
-    def body_rates(self, quat_xyzw: ArrayLike) -> tuple[Array, Array]:
+    def frames_near(self, marked: NDArray[np.bool_]) -> IntArray:
+        """Returns the frames whose windows hold one of the marked frames ``(time,)``."""
+        return np.flatnonzero(np.any(marked[self._index] & self._inside, axis=1))
+
+    def body_rates(
+        self, quat_xyzw: ArrayLike, frames: IntArray | None = None
+    ) -> tuple[Array, Array]:
         """Differentiates orientations.
 
         Derived here: with ``phi_j = log(q_i^-1 q_j)`` the body's angular velocity and acceleration
@@ -126,9 +133,10 @@ class LocalCubic:
 
         Args:
             quat_xyzw: ``(time, 4)`` unit quaternions, body axes in world; signs do not matter.
+            frames: ``(n,)`` where they are wanted; everywhere if not given.
 
         Returns:
-            Angular velocity (rad/s) and acceleration (rad/s^2), ``(time, 3)``, in body axes.
+            Angular velocity (rad/s) and acceleration (rad/s^2), ``(n, 3)``, in body axes.
 
         Raises:
             MotionError: not unit, or another number of frames.
@@ -137,13 +145,14 @@ class LocalCubic:
         if quat.shape != (len(self._index), 4):
             raise MotionError(f"quaternions: expected ({len(self._index)}, 4), got {quat.shape}")
         check_quaternions(quat)
-        velocity, acceleration = np.zeros((len(quat), 3)), np.zeros((len(quat), 3))
-        inverse = quaternion_conjugate(quat)
+        at = np.arange(len(quat)) if frames is None else frames
+        velocity, acceleration = np.zeros((len(at), 3)), np.zeros((len(at), 3))
+        inverse = quaternion_conjugate(quat[at])
         for column in range(self._index.shape[1]):
-            there = quat[self._index[:, column]]
+            there = quat[self._index[at, column]]
             turned = quaternion_to_rotation_vector(quaternion_multiply(inverse, there))
-            velocity += self._weights[1, :, column, None] * turned
-            acceleration += self._weights[2, :, column, None] * turned
+            velocity += self._weights[1, at, column, None] * turned
+            acceleration += self._weights[2, at, column, None] * turned
         return velocity, acceleration
 
 
@@ -167,6 +176,7 @@ def motion_from_configurations(
     base: str = "measured",
     flags: Mapping[str, NDArray[np.bool_]] | None = None,
     provenance: Provenance | None = None,
+    spherical: Collection[IntArray] = (),
 ) -> Motion:
     """Makes a motion of configurations alone: ``q`` is kept, ``v`` and ``a`` are local cubics'.
 
@@ -182,6 +192,8 @@ def motion_from_configurations(
         base: see `Motion`.
         flags: more flags to carry.
         provenance: where ``q`` came from; a step that names the filter is added.
+        spherical: triples of joint angles ``(3,)``, x, y, z of one joint each, to differentiate
+            through their rotation where the middle one nears 90 degrees.
 
     Returns:
         The motion, its base twist and acceleration in body axes as Pinocchio has them.
@@ -199,6 +211,10 @@ def motion_from_configurations(
         )
     joints = np.unwrap(configuration[:, BASE_NQ:], axis=0)
     along = cubic.derivatives(np.concatenate([configuration[:, :3], joints], axis=1))
+    for dofs in spherical:
+        near, rate, acceleration = spherical_rates(cubic, joints[:, dofs])
+        along.first[np.ix_(near, 3 + dofs)] = rate
+        along.second[np.ix_(near, 3 + dofs)] = acceleration
     omega, alpha = cubic.body_rates(configuration[:, 3:7])
     to_body = np.swapaxes(quaternion_to_matrix(configuration[:, 3:7]), -1, -2)
     linear = (to_body @ along.first[:, :3, None])[..., 0]
