@@ -180,6 +180,7 @@ def _fitted(
         gap_factor=max(GAP_FACTOR * step_s / usual_s, 1.0 + 1e-9),
         flags=flags,
         provenance=_provenance(plan),
+        spherical=_spherical(model),
     ).select(inside[around])
     left_out = np.concatenate([block.left_out for block in blocks])
     left_out = left_out[(time[left_out] >= begin) & (time[left_out] < end)]
@@ -198,17 +199,19 @@ def _fitted(
     )
 
 
+def _spherical(model: HumanModel) -> list[IntArray]:
+    """Degrees of freedom ``(3,)`` of each joint that turns about x, y and z."""
+    every = [model.joint_dofs(joint) for joint in range(len(model.joint_names))]
+    return [dofs for dofs in every if model.dof_axes[dofs].tolist() == [0, 1, 2]]
+
+
 def _limited(model: HumanModel, q: Array) -> Flags:
     angles = q[:, BASE_NQ:]
     return np.asarray(np.any((angles <= model.lower) | (angles >= model.upper), axis=1))
 
 
 def _near_singular(model: HumanModel, q: Array) -> Flags:
-    middle = [
-        BASE_NQ + model.joint_dofs(joint)[1]
-        for joint in range(len(model.joint_names))
-        if len(model.joint_dofs(joint)) == 3
-    ]
+    middle = [BASE_NQ + dofs[1] for dofs in _spherical(model)]
     away = np.abs(np.abs(q[:, middle]) - 0.5 * np.pi)
     return np.asarray(np.any(away < NEAR_SINGULAR_RAD, axis=1))
 

@@ -22,8 +22,8 @@ from human.markers.ik_priors import (
     posture_prior,
     trusting,
 )
-from human.markers.ik_solve import MarkerProblem, Solved, angle_sd, solve
-from human.markers.ik_start import start_poses
+from human.markers.ik_solve import MarkerProblem, Solved, solve, spreads
+from human.markers.ik_start import start_poses, within_reach
 from human.markers.ik_system import MarkerSystem
 from human.model import BASE_NQ, BASE_NV, Array, IntArray
 
@@ -188,6 +188,13 @@ def _fit_block(plan: FitPlan, start: int) -> RawBlock:
     if len(doubtful):
         alone = _solve_alone(problem, marker[doubtful], seen[doubtful])
         solved = _better(solved, alone, doubtful, -1e-6 * solved.cost[doubtful])
+    # A joint at its limit may have room in the other triple of angles of the same rotation.
+    other_way, limited = _in_reach(problem, solved.q)
+    if len(limited):
+        other = solve(
+            problem, other_way[limited], marker[limited], seen[limited], no_pull(len(limited), free)
+        )
+        solved = _better(solved, other, limited, np.zeros(len(limited)))
     # With few markers left two postures may look alike: the one that does not jump is meant.
     usual = _median(solved.q)
     away = np.max(np.abs(solved.q - usual)[:, BASE_NQ:], axis=1)
@@ -205,6 +212,24 @@ def _solve_alone(problem: MarkerProblem, marker: Array, seen: Array) -> Solved:
     system = problem.system
     q = start_poses(system.model, system.segment, system.offset, marker, seen)
     return solve(problem, q, marker, seen, no_pull(len(q), len(system.free)))
+
+
+def _in_reach(problem: MarkerProblem, q: Array) -> tuple[Array, IntArray]:
+    """Takes for each joint beyond its limits the triple of angles that is less so.
+
+    Returns:
+        Configurations, and the frames that changed.
+    """
+    model, out = problem.system.model, q.copy()
+    for joint in range(len(model.joint_names)):
+        dofs = model.joint_dofs(joint)
+        lower, upper = model.lower[dofs], model.upper[dofs]
+        angles = q[:, BASE_NQ + dofs]
+        beyond = np.any((angles <= lower) | (angles >= upper), axis=1)
+        if model.dof_axes[dofs].tolist() == [0, 1, 2] and np.any(beyond):
+            chosen = within_reach(angles[beyond], lower, upper)
+            out[np.ix_(beyond, BASE_NQ + dofs)] = chosen
+    return out, np.flatnonzero(np.any(np.abs(out - q) > 1e-9, axis=1))
 
 
 def _median(q: Array) -> Array:
@@ -239,14 +264,15 @@ def _judge(plan: FitPlan, solved: Solved, seen: Array) -> tuple[Flags, Flags]:
         _KEY_STEP * np.round(np.arange(count) / _KEY_STEP).astype(np.intp), 0, count - 1
     )
     looked_at = np.flatnonzero(patchy | (np.bincount(near_key, minlength=count) > 0))
-    pull = no_pull(len(looked_at), len(free))
-    sd = np.empty((count, BASE_NV + len(free)))
-    sd[looked_at] = angle_sd(
-        plan.problem, solved.q[looked_at], solved.residual_m[looked_at], believed[looked_at], pull
+    at = np.full(count, -1)
+    at[looked_at] = np.arange(len(looked_at))
+    at = np.where(at < 0, at[near_key], at)
+    sd, turn = spreads(
+        plan.problem, solved.q[looked_at], solved.residual_m[looked_at], believed[looked_at]
     )
-    others = np.setdiff1d(np.arange(count), looked_at)
-    sd[others] = sd[near_key[others]]
-    weak = sd[:, BASE_NV:] > np.maximum(_WEAK_RAD, _WEAK_TIMES * plan.typical_sd_rad[free])
+    sd, turn = sd[at], turn[at]
+    most = np.maximum(_WEAK_RAD, _WEAK_TIMES * plan.typical_sd_rad[free])
+    weak = (sd[:, BASE_NV:] > most) & (turn > most)
     known = np.all(sd[:, :3] < _BASE_SD[0], axis=1) & np.all(sd[:, 3:6] < _BASE_SD[1], axis=1)
     return _good(plan, solved, seen) & known, weak & ~plan.poor[free]
 
@@ -288,8 +314,6 @@ def _sample(valid: NDArray[np.bool_]) -> IntArray:
 
 def _typical(problem: MarkerProblem, solved: Solved, seen: Array) -> Array:
     at = solved.settled if np.any(solved.settled) else np.ones_like(solved.settled)
-    pull = no_pull(int(np.sum(at)), len(problem.system.free))
     believed = (seen * ~solved.outlier)[at]
-    return np.asarray(
-        np.median(angle_sd(problem, solved.q[at], solved.residual_m[at], believed, pull), axis=0)
-    )
+    sd, _ = spreads(problem, solved.q[at], solved.residual_m[at], believed)
+    return np.asarray(np.median(sd, axis=0))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from human.markers.ik_priors import Prior, Pull
+from human.markers.ik_priors import Prior, Pull, no_pull
 from human.markers.ik_system import MarkerSystem
 from human.model import BASE_NQ, BASE_NV, Array
 from human.threads import single_threaded
@@ -163,9 +163,7 @@ def _descend(
         better = (trial_cost < cost) | (longest < 1e2 * _LAST_STEP)
         q[active[better]] = trial[better]
         last_step[active[better]] = longest[better]
-        damping[active] = np.maximum(
-            damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST
-        )
+        damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST)
         going = (longest >= _LAST_STEP) & (damping[active] < _DAMPING_MOST)
         active = active[going]
         if not len(active):
@@ -174,27 +172,41 @@ def _descend(
 
 
 @single_threaded
-def angle_sd(problem: MarkerProblem, q: Array, residual_m: Array, seen: Array, pull: Pull) -> Array:
-    """Returns standard deviations ``(B, 6 + k)`` of base (m, rad, world axes) and free angles.
+def spreads(
+    problem: MarkerProblem, q: Array, residual_m: Array, seen: Array
+) -> tuple[Array, Array]:
+    """Returns how uncertain base, angles and joint rotations are.
 
     From the inverse of the normal matrix at the solution: trust in the markers and the prior, not
-    the error that fixed offsets and lengths share over a recording.
+    the error that fixed offsets and lengths share over a recording. Where a joint's middle axis is
+    near 90 degrees its angles are uncertain though the rotation that they make is not.
+
+    Returns:
+        Standard deviations ``(B, 6 + k)`` of base (m, rad, world axes) and free angles (rad), and
+        ``(B, k)`` the largest of the rotation of the joint that each free angle belongs to.
     """
     system, angles = problem.system, BASE_NQ + problem.system.free
-    out = np.empty((len(q), system.size))
+    own = np.empty((len(q), system.size))
+    turn = np.empty((len(q), len(system.free)))
     for start in range(0, len(q), _CHUNK):
         part = slice(start, start + _CHUNK)
         placed = system.place(q[part])
         weight = _weight(problem, residual_m[part], seen[part])
         matrix, rhs = system.normal(placed, np.zeros_like(placed.marker), weight)
-        known = pull.of(np.arange(start, start + len(weight)))
+        nothing = no_pull(len(weight), len(system.free))
         problem.prior.add(
-            matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], q[part][:, angles], known
+            matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], q[part][:, angles], nothing
         )
         diagonal = np.einsum("bkk->bk", matrix)
         diagonal += _RIDGE
-        out[part] = np.sqrt(np.einsum("bkk->bk", np.linalg.inv(matrix)))
-    return out
+        covariance = np.linalg.inv(matrix)
+        own[part] = np.sqrt(np.einsum("bkk->bk", covariance))
+        for dofs in system.joint_places:
+            axes = placed.axes[system.free[dofs - BASE_NV]].transpose(2, 1, 0)
+            block = covariance[:, dofs[:, None], dofs]
+            rotation = np.einsum("bik,bkl,bil->bi", axes, block, axes)
+            turn[part, dofs - BASE_NV] = np.sqrt(np.max(rotation, axis=1))[:, None]
+    return own, turn
 
 
 def _distance(problem: MarkerProblem, q: Array, marker: Array, seen: Array) -> Array:

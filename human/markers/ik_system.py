@@ -80,6 +80,11 @@ class MarkerSystem:
         self._carries, self._strictly = carries, carries * (1.0 - same)
 
     @property
+    def joint_places(self) -> list[IntArray]:
+        """For each joint that moves, the places of its degrees of freedom among the unknowns."""
+        return [dofs for _, dofs in self._joints]
+
+    @property
     def size(self) -> int:
         """Number of unknowns, ``6 + k``."""
         return BASE_NV + len(self.free)
