@@ -6,6 +6,7 @@ from estimation.base_velocity import (
     base_velocity,
     configuration_from_link,
 )
+from estimation.clocks import ClockOffset, align
 from estimation.contacts import (
     ROLLING_GAIT,
     SUPPORTS,
@@ -57,10 +58,12 @@ from estimation.run_records import (
     HoldMass,
     PayloadHold,
     RunChunk,
+    RunInputError,
     RunSettings,
     RunSettingsError,
     RunSummary,
 )
+from estimation.run_tare import tare_stance
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,
@@ -83,6 +86,7 @@ __all__ = [
     "AngularAcceleration",
     "Balance",
     "BaseVelocity",
+    "ClockOffset",
     "Contact",
     "ContactDetector",
     "ContactThresholds",
@@ -121,6 +125,7 @@ __all__ = [
     "PlateStance",
     "RecordingRun",
     "RunChunk",
+    "RunInputError",
     "RunSettings",
     "RunSettingsError",
     "RunSummary",
@@ -130,6 +135,7 @@ __all__ = [
     "TreeError",
     "TwoStepCovariances",
     "UnknownLinkError",
+    "align",
     "base_velocity",
     "calibrate_stance",
     "classify_by_force",
@@ -150,5 +156,6 @@ __all__ = [
     "real_tree",
     "sole_motion",
     "sole_points",
+    "tare_stance",
     "with_mass",
 ]

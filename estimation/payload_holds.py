@@ -11,7 +11,7 @@ from estimation.run_records import QUANTILES, HandState, HoldMass, PayloadHold
 from estimation.spatial import Array, BoolArray, IntArray, inverse, times
 
 #: So much after a change of state, and before the next, the load may be half borne, s.
-SETTLE_S = 0.2
+SETTLE_S = 0.4
 #: Frames are summed over blocks of this length, s.
 BLOCK_S = 0.2
 #: A hold is cut into so many parts, or fewer where it is short: by how they differ shows how far

@@ -1,6 +1,7 @@
 """Estimates a whole recording, stretch by stretch, in memory that does not grow with it."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from estimation.run_inputs import of_frames
 from estimation.run_knowledge import joints_known
 from estimation.run_records import (
     Balance,
+    HandState,
     PayloadHold,
     RunBands,
     RunChunk,
@@ -33,6 +35,7 @@ from estimation.run_sensors import (
     FEET,
     FootFrames,
     body_sensors,
+    empty_hands,
     foot_frames,
     foot_sensors,
     free_hands,
@@ -40,7 +43,7 @@ from estimation.run_sensors import (
 from estimation.run_tare import tare_stance
 from estimation.run_words import mass_in_words, settings_in_words
 from estimation.sensors import Measurement, frames_at_fault
-from estimation.spatial import Array, BoolArray, IntArray, times
+from estimation.spatial import Array, BoolArray, IntArray
 from estimation.stance_calibration import (
     GRAVITY_MS2,
     StanceCalibration,
@@ -57,6 +60,26 @@ _BANDS: dict[str, RunBands] = {
     "tuning": "tuning",
     "none": "none",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Some frames of a stretch, with what was measured on the body at them."""
+
+    time_s: Array
+    q: Array
+    v: Array
+    a: Array
+    imus: tuple[Measurement, ...]
+
+    @classmethod
+    def of(cls, motion: Motion, rows: IntArray, imus: Sequence[Measurement]) -> "_Part":
+        whole = cls(motion.time_s, motion.q, motion.v, motion.a, tuple(imus))
+        return whole.select(rows)
+
+    def select(self, rows: IntArray) -> "_Part":
+        cut = (of_frames(sensor, rows, len(self.time_s)) for sensor in self.imus)
+        return _Part(self.time_s[rows], self.q[rows], self.v[rows], self.a[rows], tuple(cut))
 
 
 class RecordingRun:
@@ -222,56 +245,70 @@ class RecordingRun:
         rows: IntArray,
         offset: int,
     ) -> RunChunk:
-        time_s, q = motion.time_s[rows], motion.q[rows]
-        v, a = motion.v[rows], motion.a[rows]
+        part = _Part.of(motion, rows, imus)
         here = None if feet is None else feet.select(rows)
-        sensors = self._sensors(here, known.usable[rows], q, imus, rows, len(motion))
-        found = self._estimate(self.tree, q, v, a, sensors, spreads=True)
+        ground = foot_sensors(here, known.usable[rows], part.q[:, :3])
+        balance = known.balance[rows]
+        assert self._hands is not None
+        found, wide, spread = self._solved(part, ground, self._hands)
+        bearing = loads_of(found, wide, self._settings, balance)
+        state, chance = self._follow(found, spread, part.time_s, bearing)
+        joints = self._joints(found, balance)
+        out = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
+        empty = np.flatnonzero((state == HandState.FREE) & bearing.known)
+        if len(empty):
+            # With hands known to be empty the arms can be told as well.
+            fewer = [of_frames(sensor, empty, len(rows)) for sensor in ground]
+            again, wider, _ = self._solved(part.select(empty), fewer, ())
+            joints = self._joints(again, balance[empty])
+            better = chunk_of(
+                wider,
+                part.time_s[empty],
+                out.frames[empty],
+                balance[empty],
+                joints,
+                bearing.select(empty),
+                state[empty],
+                chance[empty],
+            )
+            out = out.with_rows(empty, better)
+        self._frames += len(rows)
+        self._known += np.count_nonzero(out.effort_known, axis=0)
+        self._bands = _BANDS[wide.bands]
+        weighed = balance != Balance.UNKNOWN
+        self._gaps.append(-out.residual_n[weighed, 2] / GRAVITY_MS2)
+        return out
+
+    def _joints(self, found: Estimate, balance: IntArray) -> BoolArray:
+        settings = self._settings
+        known = joints_known(found, balance, settings.unobserved, settings.known_within_n)
+        return known[:, self._turning]
+
+    def _solved(
+        self, part: "_Part", ground: Sequence[Measurement], hands: Sequence[str]
+    ) -> tuple[Estimate, Estimate, ModelSpread | None]:
+        """Estimates some frames: with bands of noise alone, and with the bands given out."""
+        sensors = [
+            *ground,
+            *body_sensors(self.tree, self._settings, hands, len(part.time_s)),
+            *part.imus,
+        ]
+        if self._hands and not hands:
+            sensors.extend(empty_hands(self._settings, len(part.time_s)))
+        found = self._estimate(self.tree, part.q, part, sensors, spreads=True)
         for text in found.assumed:
             if text not in self._assumed:
                 self._assumed.append(text)
-        spread = None
-        wide = found
-        if self._draws:
-            spread = self._spread(found, time_s, q, v, a, sensors)
-            wide = widened(found, spread, time_s)
-        balance = known.balance[rows]
-        bearing = loads_of(found, wide, self._settings, balance)
-        state, chance = self._follow(found, spread, time_s, bearing)
-        joints = joints_known(
-            found, balance, self._settings.unobserved, self._settings.known_within_n
-        )[:, self._turning]
-        self._frames += len(rows)
-        self._known += np.count_nonzero(joints, axis=0)
-        self._bands = _BANDS[wide.bands]
-        weighed = balance != Balance.UNKNOWN
-        world = times(found.link_rotation[:, 0], found.residual[:, :3])
-        self._gaps.append(-world[weighed, 2] / GRAVITY_MS2)
-        return chunk_of(wide, time_s, rows + offset, balance, joints, bearing, state, chance)
-
-    def _sensors(
-        self,
-        feet: FootForces | None,
-        usable: BoolArray,
-        q: Array,
-        imus: Sequence[Measurement],
-        rows: IntArray,
-        frames: int,
-    ) -> list[Measurement]:
-        assert self._hands is not None
-        pushed = body_sensors(self.tree, self._settings, self._hands, len(rows))
-        return [
-            *foot_sensors(feet, usable, q[:, :3]),
-            *pushed,
-            *(of_frames(sensor, rows, frames) for sensor in imus),
-        ]
+        if not self._draws:
+            return found, found, None
+        spread = self._spread(part, sensors)
+        return found, widened(found, spread, part.time_s), spread
 
     def _estimate(
         self,
         tree: EstimationTree,
         q: Array,
-        v: Array,
-        a: Array,
+        part: "_Part",
         sensors: Sequence[Measurement],
         *,
         spreads: bool,
@@ -279,37 +316,30 @@ class RecordingRun:
         return estimate(
             tree,
             q,
-            v,
-            a,
+            part.v,
+            part.a,
             sensors,
             method=self._settings.method,
             covariances=self._settings.covariances,
             spreads=spreads,
         )
 
-    def _spread(
-        self,
-        found: Estimate,
-        time_s: Array,
-        q: Array,
-        v: Array,
-        a: Array,
-        sensors: Sequence[Measurement],
-    ) -> ModelSpread:
-        """Works out drawn models on a thinned grid that begins and ends with the chunk."""
+    def _spread(self, part: "_Part", sensors: Sequence[Measurement]) -> ModelSpread:
+        """Works out drawn models on a thinned grid that begins and ends with the frames."""
         errors = self._settings.model_errors
         assert errors is not None
-        cell = np.floor((time_s - time_s[0]) / errors.grid_s)
+        cell = np.floor((part.time_s - part.time_s[0]) / errors.grid_s)
         chosen = np.flatnonzero(np.r_[True, np.diff(cell) > 0])
-        chosen = np.unique(np.r_[chosen, len(time_s) - 1])
-        some = [of_frames(sensor, chosen, len(time_s)) for sensor in sensors]
+        chosen = np.unique(np.r_[chosen, len(part.time_s) - 1])
+        few = part.select(chosen)
+        some = [of_frames(sensor, chosen, len(part.time_s)) for sensor in sensors]
 
         def means(
             tree: EstimationTree, posture: Array, measurements: Sequence[Measurement]
         ) -> Estimate:
-            return self._estimate(tree, posture, v[chosen], a[chosen], measurements, spreads=False)
+            return self._estimate(tree, posture, few, measurements, spreads=False)
 
-        return model_spread(self.tree, q[chosen], time_s[chosen], some, errors, self._draws, means)
+        return model_spread(self.tree, few.q, few.time_s, some, errors, self._draws, means)
 
     def _follow(
         self, found: Estimate, spread: ModelSpread | None, time_s: Array, bearing: Loads

@@ -1,6 +1,7 @@
 """Turns estimates into what a run gives out: named columns, loads of the hands, what is known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class Loads:
 
     Attributes:
         settings: of the run.
+        hands: whether the right and the left hand may bear something.
         mass_kg: ``(n,)`` by the inertial definition, which the hands' state goes by.
         sd_kg: ``(n,)`` as wide as the bands are, or None.
         known: ``(n,)`` whether the mass can be told at all.
@@ -36,6 +38,7 @@ class Loads:
     """
 
     settings: RunSettings
+    hands: tuple[bool, bool]
     mass_kg: Array
     sd_kg: Array | None
     known: BoolArray
@@ -46,6 +49,15 @@ class Loads:
     hand_kg: Array
     hand_sd_kg: Array | None
     hand_known: BoolArray
+
+    def select(self, rows: IntArray) -> "Loads":
+        """Returns some of the frames."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        settings, hands = values.pop("settings"), values.pop("hands")
+        cut: dict[str, Any] = {
+            name: None if value is None else value[rows] for name, value in values.items()
+        }
+        return Loads(settings=settings, hands=hands, **cut)
 
 
 def loads_of(noise: Estimate, wide: Estimate, settings: RunSettings, balance: IntArray) -> Loads:
@@ -63,6 +75,7 @@ def loads_of(noise: Estimate, wide: Estimate, settings: RunSettings, balance: In
         nothing = np.zeros((n, 3))
         return Loads(
             settings=settings,
+            hands=(False, False),
             mass_kg=np.zeros(n),
             sd_kg=None,
             known=np.zeros(n, dtype=np.bool_),
@@ -101,6 +114,7 @@ def loads_of(noise: Estimate, wide: Estimate, settings: RunSettings, balance: In
             hand_known[:, side] = sds[0] * GRAVITY_MS2 <= settings.known_within_n
     return Loads(
         settings=settings,
+        hands=(HANDS[0] in noise.sites, HANDS[1] in noise.sites),
         mass_kg=held.mass_kg,
         sd_kg=held.sd_kg,
         known=known,
@@ -181,7 +195,6 @@ def chunk_of(
     hands, hands_sd = _ends(wide, HANDS)
     if hands_sd is not None:
         _exact_hands(wide, hands_sd)
-    free = tuple(name in wide.sites for name in HANDS)
     world = in_world(wide.residual, wide.link_rotation[:, 0])
     quantiles = efforts.quantiles_nm
     return RunChunk(
@@ -209,7 +222,7 @@ def chunk_of(
         hand_kg_sd=loads.hand_sd_kg,
         hand_kg_known=loads.hand_known,
         hand_state=states_by_hand(
-            state, (free[0], free[1]), loads.hand_kg, loads.hand_known, loads.settings.loaded_kg
+            state, loads.hands, loads.hand_kg, loads.hand_known, loads.settings.loaded_kg
         ),
         hands_state=state,
         loaded_probability=chance,

@@ -79,7 +79,8 @@ class RunSettings:
         hand_force_sd_n: how hard an unmeasured load may push on a free hand, N.
         hand_moment_sd_nm: the same of its moment about the hand's centre, N m: the load's weight
             times how far beside the hand its centre may be.
-        loaded_kg: a hand that bears more is loaded.
+        loaded_kg: hands that bear more are loaded; those that bear less are taken to be empty, and
+            the arms' torques are worked out again with that.
         least_hold_s: shorter stretches of one state of the hands are no hold.
         known_within_n: a joint whose moment is known no better than if a force of this size were
             missing at the far end of the limb beyond it is marked unknown; so is a payload that is
@@ -98,10 +99,10 @@ class RunSettings:
     unobserved: tuple[str, ...] = ()
     covariances: ModelCovariances = field(default_factory=ModelCovariances)
     model_errors: ModelErrors | None = field(default_factory=ModelErrors)
-    hand_force_sd_n: float = 100.0
+    hand_force_sd_n: float = 300.0
     hand_moment_sd_nm: float = 1.0
     loaded_kg: float = 0.5
-    least_hold_s: float = 0.5
+    least_hold_s: float = 1.0
     known_within_n: float = 30.0
     leave_out_flags: tuple[str, ...] = ("unfitted",)
     seed: int = 0
@@ -206,6 +207,17 @@ class RunChunk:
             parts = [getattr(chunk, item.name) for chunk in chunks]
             values[item.name] = None if parts[0] is None else np.concatenate(parts)
         return cls(**values)
+
+    def with_rows(self, rows: IntArray, other: "RunChunk") -> "RunChunk":
+        """Returns the chunk with some rows taken from another, made of those frames alone."""
+        values: dict[str, Any] = {}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if value is not None:
+                value = value.copy()
+                value[rows] = getattr(other, item.name)
+            values[item.name] = value
+        return RunChunk(**values)
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,8 @@ UNMEASURED_SD = 2000.0
 PELVIS_LEVER_M = 0.03
 #: How unseen a segment's acceleration is, m/s^2.
 UNSEEN_ACCELERATION = 5.0
+#: How far beside the hand's centre an unnoticed load may push, m.
+EMPTY_LEVER_M = 0.1
 GRAVITY_MS2 = 9.81
 
 
@@ -118,6 +120,13 @@ def body_sensors(
     for link, sd in slack.items():
         out.append(ForceTorque(link, np.zeros((frames, 6)), sd**2))
     return out
+
+
+def empty_hands(settings: RunSettings, frames: int) -> list[Measurement]:
+    """Says that hands which were found free bear nothing, within what would have been noticed."""
+    force = 0.5 * GRAVITY_MS2 * settings.loaded_kg
+    sd = np.array([force] * 3 + [EMPTY_LEVER_M * force] * 3)
+    return [ForceTorque(hand, np.zeros((frames, 6)), sd**2) for hand in HANDS]
 
 
 def unseen_wrenches(tree: EstimationTree, unobserved: Sequence[str]) -> dict[str, Array]:
