@@ -36,7 +36,7 @@ class UnknownMarkerSetError(MarkerError):
         super().__init__(
             f"markers: expected those of a known set ({', '.join(known)}), got "
             f"{', '.join(names) or 'none'}; the closest is {closest}: {why} "
-            "Describe the set in a mapping file and pass it (human/readers/README.md)."
+            "Describe the set in a mapping file and pass it (human/markers/README.md)."
         )
         self.names, self.closest = tuple(names), closest
 

@@ -23,6 +23,8 @@ from human.model import Array, IntArray
 _BREADTH = {"knee": 0.066, "ankle": 0.050, "elbow": 0.043}
 #: Least bend (sine) at which the plane of a limb shows the axis it bends about.
 _LEAST_BEND = np.sin(np.deg2rad(20.0))
+#: Rounds of finding the plane of a bent leg and the joint centres in it.
+_PASSES = 4
 #: A foot is flat where heel and toe are this near their lowest, m.
 _FLAT_M = 0.015
 #: Shoulder centre below the acromion: distance per depth of the chest, angle from the line C7 to
@@ -56,12 +58,19 @@ def measure_leg(landmarks: Landmarks, pelvis: Pelvis, side: str, height_m: float
     hip, across = pelvis.hip[side], pelvis.axes[..., 1]
     outer = landmarks.first(f"{low}_knee_lateral", f"{low}_knee_center")[0]
     foot = landmarks.first(f"{low}_ankle_lateral", f"{low}_ankle_center")[0]
-    bend = np.cross(unit(outer - hip), unit(foot - outer))
-    shown = (np.linalg.norm(bend, axis=-1) > _LEAST_BEND) & (np.sum(bend * across, axis=-1) > 0.0)
-    hint = np.where(shown[:, None], bend, across)
-    knee = _hinge(landmarks, f"{low}_knee", hip - outer, -out * hint, height_m)
-    thigh = axes_along(hip - knee.center, 2, _prefer(-out * knee.inward, hint), 1)
-    ankle = _hinge(landmarks, f"{low}_ankle", knee.center - foot, -out * thigh[..., 1], height_m)
+    center, end = outer, foot
+    # The plane of the bent leg is that of the centres, which it in turn helps to find.
+    for _ in range(_PASSES):
+        bend = np.cross(unit(center - hip), unit(end - center))
+        shown = np.linalg.norm(bend, axis=-1) > _LEAST_BEND
+        shown &= np.sum(bend * across, axis=-1) > 0.0
+        hint = np.where(shown[:, None], bend, across)
+        knee = _hinge(landmarks, f"{low}_knee", hip - outer, -out * hint, height_m)
+        thigh = axes_along(hip - knee.center, 2, _prefer(-out * knee.inward, hint), 1)
+        ankle = _hinge(
+            landmarks, f"{low}_ankle", knee.center - foot, -out * thigh[..., 1], height_m
+        )
+        center, end = knee.center, ankle.center
     shank = axes_along(knee.center - ankle.center, 2, thigh[..., 1], 1)
     return Limb(
         {"Hip": hip, "Knee": knee.center, "Ankle": ankle.center},

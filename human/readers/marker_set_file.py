@@ -15,7 +15,7 @@ def read_marker_set(path: str | PathLike[str]) -> MarkerSet:
 
     Args:
         path: a JSON file; `human.markers.marker_set_from_dict` says what it holds, and
-            ``human/readers/README.md`` shows one.
+            ``human/markers/README.md`` shows one.
 
     Raises:
         MarkerSetError: the file cannot be read, is no JSON, or names what does not exist.
