@@ -9,6 +9,7 @@ from app import dashboard, problem_handlers
 from app.access import Access
 from app.assessments.endpoints import router as assessments
 from app.body_limit import BodyLimit
+from app.estimates.endpoints import router as estimates
 from app.health.endpoints import router as health
 from app.models.endpoints import router as models
 from app.operations.endpoints import router as operations
@@ -57,7 +58,16 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.add_middleware(Access, keys=settings.keys)
     problem_handlers.install(app)
-    for router in (worksheets, models, recordings, scores, assessments, operations, health):
+    for router in (
+        worksheets,
+        models,
+        recordings,
+        estimates,
+        scores,
+        assessments,
+        operations,
+        health,
+    ):
         app.include_router(router)
     dashboard.install(app)
     return app

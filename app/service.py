@@ -1,6 +1,7 @@
 """The parts of the service behind the HTTP edge; the CLI uses the same ones."""
 
 from app.assessments.service import Assessments
+from app.estimates.service import Estimates
 from app.files import scratch_file
 from app.models.service import Models
 from app.operations.service import Operations
@@ -22,6 +23,7 @@ class ErgocastService:
         self.models = Models(settings.data / "models")
         self.recordings = Recordings(settings.data / "recordings")
         self.scores = Scores(settings.data / "scores", self.recordings)
+        self.estimates = Estimates(settings.data / "estimates", self.recordings, self.operations)
         self.assessments = Assessments(
             settings.data / "assessments", self.models, self.operations, settings.sync_point_limit
         )

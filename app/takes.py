@@ -5,7 +5,7 @@ recording has parts by role.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -13,6 +13,8 @@ from app.problems import InvalidRequest
 
 Role = Literal["motion", "static", "grf"]
 ROLES: tuple[Role, ...] = get_args(Role)
+#: What can be added to a motion.
+PartRole = Literal["static", "grf", "static_grf", "marker_set", "columns"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,7 @@ class Take:
         grf: force plates of the motion in a file of their own, or None.
         static_grf: the same of the static trial.
         marker_set: JSON that maps markers to the body, or None to tell them by their names.
+        columns: JSON that says what the columns of CSV and .mat files hold.
     """
 
     motion: Part
@@ -40,9 +43,17 @@ class Take:
     grf: Part | None = None
     static_grf: Part | None = None
     marker_set: Part | None = None
+    columns: Part | None = None
+
+    def parts(self) -> dict[str, Part]:
+        """Returns the files that there are, by role."""
+        found = {one.name: getattr(self, one.name) for one in fields(self)}
+        return {role: part for role, part in found.items() if part is not None}
 
 
-def takes_of(names: Sequence[str], marker_set: Path | None = None) -> list[Take]:
+def takes_of(
+    names: Sequence[str], marker_set: Path | None = None, columns: Path | None = None
+) -> list[Take]:
     """Sorts the files of a command into takes of one person.
 
     A ``grf:`` file goes with the motion or static trial whose name its own begins with; without
@@ -50,7 +61,8 @@ def takes_of(names: Sequence[str], marker_set: Path | None = None) -> list[Take]
 
     Args:
         names: Files, each with its role before a colon where it is not the motion.
-        marker_set: Goes with every take.
+        marker_set: Mapping of markers, for every take.
+        columns: Mapping of columns, for every take.
 
     Raises:
         InvalidRequest: There is no motion, or a file cannot be given a place.
@@ -90,6 +102,7 @@ def takes_of(names: Sequence[str], marker_set: Path | None = None) -> list[Take]
             grf=forces.get(motion.path),
             static_grf=forces.get(static.path) if static else None,
             marker_set=None if marker_set is None else Part(marker_set, marker_set.name),
+            columns=None if columns is None else Part(columns, columns.name),
         )
         for motion in motions
     ]

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from app.fitting import body_in_motion
 from app.problems import InvalidRequest
+from app.takes import Take
 from human import Chain, HumanModel, Motion, Subject
-from human.pose import fit_recording
-from human.readers import read_recording
 from prediction import (
     MethodScore,
     OperatorModel,
@@ -50,12 +49,12 @@ class Trained:
 
 
 def motions_of(
-    files: Sequence[Path], subject: Subject, accept: Sequence[str] = ()
+    takes: Sequence[Take], subject: Subject, accept: Sequence[str] = ()
 ) -> tuple[HumanModel, list[Motion], list[str]]:
     """Reads recordings of one person and fits the model to them.
 
     Args:
-        files: MVNX or BVH.
+        takes: Motions, each with what goes with it.
         subject: The person.
         accept: Codes of findings to go on in spite of.
 
@@ -68,17 +67,19 @@ def motions_of(
     """
     model: HumanModel | None = None
     motions, notes = [], []
-    for file in files:
-        fitted = fit_recording(read_recording(file), subject, accept=accept)
-        notes += [f"{file.name}: {note}" for note in fitted.diagnostics.notes]
+    for take in takes:
+        body = body_in_motion(take, subject, accept=accept)
+        motion = body.whole()
+        notes += [f"{body.source}: {note}" for note in body.notes]
         if model is None:
-            model = fitted.model
-        elif np.abs(model.offsets - fitted.model.offsets).max() > _SAME_BONES_M:
+            model = body.model
+        elif np.abs(model.offsets - body.model.offsets).max() > _SAME_BONES_M:
             raise InvalidRequest(
-                f"{file.name} and {files[0].name} are recordings of different bodies: their bones "
-                f"differ by more than {_SAME_BONES_M * 100:.0f} cm. Train one model per person."
+                f"{body.source} and {takes[0].motion.name} are recordings of different bodies: "
+                f"their bones differ by more than {_SAME_BONES_M * 100:.0f} cm. "
+                "Train one model per person."
             )
-        motions.append(fitted.motion)
+        motions.append(motion)
     assert model is not None
     return model, motions, notes
 

@@ -23,6 +23,13 @@ from app.problems import AppError, InvalidRequest, Problem, Unreadable
 
 #: ``--json`` of every command.
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
+#: What commands that read markers take besides.
+MarkerSetFile = Annotated[
+    Path | None, typer.Option("--marker-set", help="JSON that maps other markers to the body.")
+]
+ColumnsFile = Annotated[
+    Path | None, typer.Option("--columns", help="JSON: what columns of CSV and .mat files hold.")
+]
 
 
 def console() -> Console:
@@ -40,12 +47,13 @@ def print_json(value: Any) -> None:
 def explain(error: Exception, as_json: bool) -> str | None:
     """Returns a foreseen error as text (or problem JSON), None for one that is a fault of ours."""
     from ergonomics import ErgonomicsError
+    from estimation import EstimationError
     from human import HumanError
     from prediction import PredictionError
 
     if isinstance(error, Problem):
         problem = error
-    elif isinstance(error, HumanError | PredictionError | ErgonomicsError):
+    elif isinstance(error, HumanError | EstimationError | PredictionError | ErgonomicsError):
         problem = InvalidRequest(str(error))
     elif isinstance(error, AppError):
         problem = InvalidRequest(str(error))

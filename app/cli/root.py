@@ -9,6 +9,7 @@ import typer
 
 from app.cli import assess as _assess
 from app.cli import demo as _demo
+from app.cli import estimate as _estimate
 from app.cli import inspect as _inspect
 from app.cli import score as _score
 from app.cli import serve as _serve
@@ -24,7 +25,7 @@ cli = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for command in (_inspect, _train, _assess, _score, _worksheet, _demo, _serve):
+for command in (_inspect, _estimate, _train, _assess, _score, _worksheet, _demo, _serve):
     command.register(cli)
 
 

@@ -6,14 +6,27 @@ from typing import Annotated, Any
 import typer
 from pydantic import ValidationError
 
-from app.cli.output import Json, console, facts, print_json, progress_bar
-from app.cli.train import Sex, motion_files
+from app.cli.output import (
+    ColumnsFile,
+    Json,
+    MarkerSetFile,
+    console,
+    facts,
+    print_json,
+    progress_bar,
+)
+from app.cli.train import Sex
 from app.files import write_json
 from app.problems import InvalidRequest, faults_of_validation
 
 
 def score(
-    files: Annotated[list[str], typer.Argument(help="Recordings: MVNX (v3, v4) or BVH.")],
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            help="Recordings: MVNX, BVH, or markers (C3D, TRC) with static:FILE to scale the body."
+        ),
+    ],
     height: Annotated[float | None, typer.Option("--height", help="Stature, m.")] = None,
     mass: Annotated[float | None, typer.Option("--mass", help="Body mass, kg.")] = None,
     sex: Annotated[Sex, typer.Option(help="For the mass distribution.")] = Sex.UNKNOWN,
@@ -26,11 +39,14 @@ def score(
     out: Annotated[
         Path | None, typer.Option(help="Folder for one JSON file per recording.")
     ] = None,
+    marker_set: MarkerSetFile = None,
+    columns: ColumnsFile = None,
     as_json: Json = False,
 ) -> None:
     """Scores recordings with RULA and REBA, both sides, over time, with reasons."""
     from app.scores.schemas import ScoreRequest
-    from app.scores.service import score_recording
+    from app.scores.service import score_take
+    from app.takes import takes_of
 
     try:
         request = ScoreRequest(
@@ -45,12 +61,12 @@ def score(
         faults = faults_of_validation(error.errors())
         raise InvalidRequest("The person or the load cannot be.", faults) from error
     results: dict[Path, dict[str, Any]] = {}
-    paths = motion_files(files)
+    takes = takes_of(files, marker_set, columns)
     with progress_bar(as_json) as bar:
-        task = bar.add_task("scoring", total=len(paths))
-        for path in paths:
-            bar.update(task, description=f"scoring {path.name}")
-            results[path], _ = score_recording(path, str(path), request)
+        task = bar.add_task("scoring", total=len(takes))
+        for take in takes:
+            bar.update(task, description=f"scoring {take.motion.name}")
+            results[take.motion.path], _ = score_take(take, request)
             bar.advance(task)
     if out is not None:
         for path, result in results.items():

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from app.assessments.schemas import Assumption
 from app.files import check_id, dump_json, write_bytes
+from app.fitting import body_in_motion
 from app.plain import plain, rounded
-from app.problems import Fault, InvalidRequest, NotFound, Unreadable, pointer
+from app.problems import Fault, InvalidRequest, NotFound, pointer
 from app.recordings.service import Recordings
 from app.scores.schemas import ScoreRequest
 from app.scoring import SIDES, BodyScores, score_body, tasks_of, worst_of_both
+from app.takes import Take
 from app.version import VERSION
 from ergonomics import (
     ScoringRules,
@@ -27,8 +29,7 @@ from ergonomics import (
     with_effects,
 )
 from human import HumanModel, Motion, Subject, SubjectError, forward_kinematics, to_urdf
-from human.pose import FittedRecording, RecordingRefusedError, fit_recording
-from human.readers import read_recording
+from human.marker_recording import MarkerRecording
 from human.recording import Recording
 
 #: Changes whenever the same request would be answered otherwise than before.
@@ -60,14 +61,14 @@ class Scores:
             NotFound: There is no such recording.
             InvalidRequest: The person cannot be, or the recording was refused.
         """
-        file = self._recordings.content(request.recording_id)
-        key = f"{VERSION}\n{_REVISION}\n{request.model_dump_json()}"
+        take = self._recordings.take(request.recording_id)
+        added = [f"{role} {part.path.name}" for role, part in take.parts().items()]
+        key = "\n".join([VERSION, str(_REVISION), request.model_dump_json(), *added])
         identifier = f"scr_{hashlib.sha256(key.encode()).hexdigest()}"
         path = self._folder / identifier / "score.json"
         if path.is_file():
             return path.read_bytes()
-        name = self._recordings.get(request.recording_id).name
-        result, model = score_recording(file, name, request)
+        result, model = score_take(take, request)
         answer = {
             "id": identifier,
             "recording_id": request.recording_id,
@@ -103,32 +104,32 @@ class Scores:
         return path.read_bytes()
 
 
-def score_recording(
-    file: Path, name: str, request: ScoreRequest
-) -> tuple[dict[str, Any], HumanModel]:
+def score_take(take: Take, request: ScoreRequest) -> tuple[dict[str, Any], HumanModel]:
     """Reads, fits and scores a recording.
 
     Args:
-        file: Its bytes.
-        name: What to call it in errors.
+        take: The motion and what goes with it.
         request: The person, the load and the conventions.
 
     Returns:
         The answer, but for its id and addresses, and the person's model.
 
     Raises:
-        InvalidRequest: The person cannot be, or the recording was refused.
-        HumanError: The recording cannot be read or fitted.
+        InvalidRequest: The person cannot be.
+        Unreadable: The recording cannot be read, or was refused.
+        HumanError: It cannot be fitted.
     """
-    recording = read_recording(file)
-    subject, assumed = _subject(recording, request)
-    try:
-        fitted = fit_recording(recording, subject, accept=request.accept)
-    except RecordingRefusedError as error:
-        raise Unreadable(str(error).replace(recording.source, name)) from error
-    model, motion = fitted.model, fitted.motion
+    assumed: list[Assumption] = []
+
+    def who(recording: Recording | MarkerRecording) -> Subject:
+        subject, said = _subject(recording, request)
+        assumed.extend(said)
+        return subject
+
+    body = body_in_motion(take, who, accept=request.accept)
+    model, motion = body.model, body.whole()
     rules = ScoringRules(request.profile, request.ties, request.neutral_tolerance_deg)
-    unmeasured = _unmeasured(recording, fitted)
+    unmeasured = body.unobserved
     poses = forward_kinematics(model, motion.q)
     scores = score_body(
         model, poses, tasks_of(None, request.hand_load_kg), rules, unmeasured=unmeasured
@@ -168,16 +169,23 @@ def score_recording(
             "neutral_tolerance_deg": request.neutral_tolerance_deg,
             "side": "the worse of both, instant by instant",
         },
-        "fit": plain(fitted.diagnostics.summary()),
+        "fit": plain({**body.fit, "notes": body.notes}),
         "posture": _posture(motion),
     }
     return result, model
 
 
-def _subject(recording: Recording, request: ScoreRequest) -> tuple[Subject, list[Assumption]]:
+def _subject(
+    recording: Recording | MarkerRecording, request: ScoreRequest
+) -> tuple[Subject, list[Assumption]]:
     assumed = []
     height = request.height_m
     if height is None:
+        if isinstance(recording, MarkerRecording):
+            fault = Fault(
+                pointer("height_m"), "stature in m", "nothing", "markers do not tell how tall"
+            )
+            raise InvalidRequest("The person's height is needed to fit them to markers.", [fault])
         stated = recording.subject.stated_height_m
         height = stated if stated is not None else recording.subject.skeleton_height_m
         where = "as the file states it" if stated is not None else "that of the file's skeleton"
@@ -206,12 +214,6 @@ def _subject(recording: Recording, request: ScoreRequest) -> tuple[Subject, list
         field = "height_m" if error.quantity.startswith("height") else "mass_kg"
         fault = Fault(pointer(field), error.accepted, repr(error.value), "of no adult")
         raise InvalidRequest(str(error), [fault]) from error
-
-
-def _unmeasured(recording: Recording, fitted: FittedRecording) -> frozenset[str]:
-    status = recording.segment_status
-    missing = {name for name, state in status.items() if state == "unmeasured"}
-    return frozenset(missing | set(fitted.diagnostics.filled_segments))
 
 
 def _least(by_side: Mapping[Side, NDArray[np.uint8]]) -> NDArray[np.uint8]:

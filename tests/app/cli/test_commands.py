@@ -250,8 +250,11 @@ def test_train_refuses_an_impossible_person_and_leaves_nothing(
 
 def test_train_refuses_other_roles_and_folders(tmp_path: Path, bvh: Path, capsys: Capture) -> None:
     person = ["--height", 1.72, "--mass", 68]
-    said = failed(capsys, "train", f"grf:{bvh}", *person, "--out", tmp_path / "m")
+    said = failed(capsys, "train", bvh, f"grf:{bvh}", *person, "--out", tmp_path / "m")
     assert "motion alone" in said
+    assert "Expected a motion" in failed(
+        capsys, "train", f"static:{bvh}", *person, "--out", tmp_path / "m"
+    )
     said = failed(capsys, "train", bvh, *person, "--out", tmp_path / "no" / "m")
     assert "does not exist" in said
 
@@ -273,7 +276,16 @@ def test_serve_refuses_an_open_address_and_a_taken_port(
 def test_help_and_version(capsys: Capture) -> None:
     assert run("--help") == 0
     said = capsys.readouterr().out
-    for command in ("inspect", "train", "assess", "score", "worksheet", "demo", "serve"):
+    for command in (
+        "inspect",
+        "estimate",
+        "train",
+        "assess",
+        "score",
+        "worksheet",
+        "demo",
+        "serve",
+    ):
         assert command in said
     assert run("--version") == 0
     assert capsys.readouterr().out.startswith("ergocast ")

@@ -1,0 +1,1 @@
+"""Torques, efforts and payload of a recording, from motion and foot forces."""
