@@ -38,6 +38,14 @@ from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
 from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
+from prediction.paired import (
+    PairedRow,
+    Split,
+    SplitScores,
+    compare_on_splits,
+    paired_table,
+    splits_of,
+)
 from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor
 from prediction.promp import ProMp
@@ -74,6 +82,7 @@ __all__ = [
     "NsGp",
     "NullSpaceBasis",
     "OperatorModel",
+    "PairedRow",
     "PostureBand",
     "Prediction",
     "PredictionError",
@@ -82,6 +91,8 @@ __all__ = [
     "Rollout",
     "SbM",
     "Skeleton",
+    "Split",
+    "SplitScores",
     "StartMismatchError",
     "Stretches",
     "Task",
@@ -93,6 +104,7 @@ __all__ = [
     "UnsupportedMethodError",
     "WIk",
     "compare_methods",
+    "compare_on_splits",
     "demonstrations_from_motion",
     "demonstrations_from_samples",
     "find_reduction",
@@ -100,11 +112,13 @@ __all__ = [
     "load_model",
     "model_bytes",
     "model_from_bytes",
+    "paired_table",
     "run_held_out",
     "save_model",
     "score_method",
     "scores_to_dict",
     "split_in_time",
+    "splits_of",
     "train_operator",
     "with_method",
 ]
