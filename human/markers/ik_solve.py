@@ -20,10 +20,10 @@ from human.threads import single_threaded
 Flags = NDArray[np.bool_]
 
 #: Frames worked on at once: their matrices then stay in the processor's cache.
-_CHUNK = 128
+_CHUNK = 512
 _MOST_STEPS = 60
 #: A step smaller than this everywhere (m, rad) is the last.
-_LAST_STEP = 1e-7
+_LAST_STEP = 1e-6
 #: Longest step of any unknown (m, rad).
 _LONGEST_STEP = 0.6
 #: A frame whose last accepted step was longer has not settled.
@@ -142,9 +142,9 @@ def _descend(
     damping = np.full(len(q), _DAMPING_START)
     last_step = np.full(len(q), np.inf)
     active = np.arange(len(q))
+    placed = system.place(q)
     for _ in range(_MOST_STEPS):
         here, y, s, known = q[active], marker[active], seen[active], pull.of(active)
-        placed = system.place(here)
         error = (y - placed.marker) * s[..., None]
         distance = np.linalg.norm(error, axis=-1)
         weight = _weight(problem, distance, s, robust)
@@ -157,17 +157,19 @@ def _descend(
         longest = np.max(np.abs(step), axis=1)
         step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300))[:, None]
         trial = system.moved(here, step)
-        trial_cost = _loss(problem, _distance(problem, trial, y, s), s, robust)
-        trial_cost += prior.cost(trial[:, angles], known)
+        there = system.place(trial)
+        away = np.linalg.norm(y - there.marker, axis=-1) * s
+        trial_cost = _loss(problem, away, s, robust) + prior.cost(trial[:, angles], known)
         # Near the optimum the gain drowns in rounding: a tiny step is taken all the same.
         better = (trial_cost < cost) | (longest < 1e2 * _LAST_STEP)
         q[active[better]] = trial[better]
         last_step[active[better]] = longest[better]
         damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST)
         going = (longest >= _LAST_STEP) & (damping[active] < _DAMPING_MOST)
-        active = active[going]
-        if not len(active):
+        if not np.any(going):
             break
+        placed = there.where(better, placed).of(np.flatnonzero(going))
+        active = active[going]
     return q, last_step
 
 

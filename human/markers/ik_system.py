@@ -12,6 +12,7 @@ Algorithms* (2008), section 6.2, with information in place of inertia.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from human.columns import cosine_sine, shift_along, turn
 from human.model import BASE_NQ, BASE_NV, Array, HumanModel, IntArray
@@ -21,6 +22,9 @@ from human.rotations import (
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
 )
+
+#: Components of a cross product: each from the two that follow it.
+_CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +40,18 @@ class Placed:
     origin: Array
     axes: Array
     marker: Array
+
+    def of(self, postures: IntArray) -> "Placed":
+        """Returns some of the postures."""
+        return Placed(self.origin[..., postures], self.axes[..., postures], self.marker[postures])
+
+    def where(self, chosen: NDArray[np.bool_], other: "Placed") -> "Placed":
+        """Returns these postures where chosen ``(B,)``, and others elsewhere."""
+        return Placed(
+            np.where(chosen, self.origin, other.origin),
+            np.where(chosen, self.axes, other.axes),
+            np.where(chosen[:, None, None], self.marker, other.marker),
+        )
 
 
 class MarkerSystem:
@@ -63,6 +79,10 @@ class MarkerSystem:
         self.segment = segment
         self._markers_of = [
             (index, np.flatnonzero(segment == index)) for index in np.unique(segment).tolist()
+        ]
+        self._turns = [
+            [(int(dof), int(model.dof_axes[dof])) for dof in model.joint_dofs(index - 1)]
+            for index in range(len(model.segment_names))
         ]
         carrier = model.dof_joints[free] + 1
         self._joints = [
@@ -104,8 +124,7 @@ class MarkerSystem:
             shift_along(
                 columns[parent], origin[parent], model.offsets[index - 1], origin[index], scratch[0]
             )
-            for dof in model.joint_dofs(index - 1):
-                axis = int(model.dof_axes[dof])
+            for dof, axis in self._turns[index]:
                 axes[dof] = columns[index, axis]  # a turn leaves its own axis where it is
                 turn(columns[index], axis, cosine[dof], sine[dof], scratch)
         marker = np.empty((len(self.segment), 3, count))
@@ -133,7 +152,9 @@ class MarkerSystem:
             d, w, e = arm[:, mine], weight[:, mine], heavy[:, mine]
             information[index] = _information(d, w)
             force[index, :, :3] = e.sum(axis=1)
-            force[index, :, 3:] = np.cross(d, e).sum(axis=1)
+            for i, j, k in _CYCLES:
+                turning = d[..., j] * e[..., k] - d[..., k] * e[..., j]
+                force[index, :, 3 + i] = turning.sum(axis=1)
         for index in range(len(self.model.segment_names) - 1, 0, -1):
             information[self.model.parents[index]] += information[index]
             force[self.model.parents[index]] += force[index]
@@ -168,7 +189,7 @@ class MarkerSystem:
         axis = placed.axes[self.free]
         arm = placed.origin[self._carrier] - placed.origin[0]
         out[:, 3:, BASE_NV:] = axis.transpose(2, 1, 0)
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        for i, j, k in _CYCLES:
             out[:, i, BASE_NV:] = (arm[:, j] * axis[:, k] - arm[:, k] * axis[:, j]).T
         return out
 
