@@ -25,6 +25,7 @@ from human.readers.inspect_markers import MarkerInspection, inspect_file
 from human.readers.marker_files import MarkerFormat, marker_format, read_markers, read_plates
 from human.readers.marker_set_file import read_marker_set
 from human.readers.opensim_table import OpenSimTable, plate_forces, read_opensim_table
+from human.readers.opensim_writer import write_plates, write_trc
 from human.readers.read import read_recording
 from human.readers.read_table import read_table
 from human.readers.trc import read_trc
@@ -59,4 +60,6 @@ __all__ = [
     "read_table",
     "read_trc",
     "write_bvh",
+    "write_plates",
+    "write_trc",
 ]
