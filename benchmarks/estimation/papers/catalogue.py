@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 
 from benchmarks.estimation.papers import (
     arm_torques,
+    carrying,
+    compute_times,
     contact_phases,
     feet_covariance,
     fixed_floating,
@@ -11,6 +13,7 @@ from benchmarks.estimation.papers import (
     hand_covariance,
     measured_estimated,
     tpose_effort,
+    walking_instants,
 )
 from benchmarks.estimation.papers.reports import Report
 from benchmarks.estimation.papers.scenes import Scenes
@@ -24,5 +27,8 @@ EXPERIMENTS: Mapping[str, Callable[[Scenes], Report]] = {
     "feet": feet_covariance.experiment,
     "arm": arm_torques.experiment,
     "hand": hand_covariance.experiment,
+    "carrying": carrying.experiment,
+    "moments": walking_instants.experiment,
+    "times": compute_times.experiment,
 }
 __all__ = ["EXPERIMENTS", "Scenes"]

@@ -20,6 +20,7 @@ from benchmarks.estimation.papers.drawing import (
 )
 from benchmarks.estimation.papers.loads import (
     BOTH,
+    G,
     hand_wrenches,
     mass_kg,
     ours,
@@ -37,7 +38,8 @@ SWEEP = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 #: Fig. 15, without NCWE; those with NCWE are in the picture only.
 PAPER_KG = (0.14, 1.24, 6.57, 17.01, 37.13)
 NAMES = ("fx", "fy", "fz", "mx", "my", "mz")
-ZEROS, ONE, TWO = "one step, zeros fed as accelerations", "one step", "two steps (NCWE)"
+ZEROS = "one step, zeros fed as accelerations"
+ONE, TWO = "one step, accelerations measured", "two steps (NCWE)"
 _Sweep = dict[str, list[Estimate]]
 
 
@@ -185,20 +187,27 @@ def _mass_figure(
     title: str,
     mine: Estimate | None = None,
 ) -> Figure:
-    figure, axes = panels(1, len(ways), title, size=(5.5 * len(ways) + 1.0, 3.8))
-    load = task.simulated.truth.load_kg["RightHandCOM"]
-    for axis, way in zip(axes[0], ways, strict=True):
-        if mine is not None:
-            held_kg = payload(mine, "norm", (0.025, 0.5, 0.975)).quantiles_kg
-            assert held_kg is not None
-            text = "one step, the noise's: 95 % band"
-            low, high = held_kg[:, 0], held_kg[:, 2]
-            axis.fill_between(task.time_s, low, high, color="#bbbbbb", linewidth=0.0, label=text)
-        for one, text, color in zip(found[way], log_sweep(SWEEP), SERIES, strict=False):
-            axis.plot(task.time_s, mass_kg(one, RIGHT), color=color, linewidth=0.8, label=text)
-        axis.plot(task.time_s, load, color=TRUE, linewidth=1.0, linestyle="--", label="truth")
-        mark_interval(axis, task.time_s, held)
+    columns = len(ways) + (mine is not None)
+    figure, axes = panels(1, columns, title, size=(5.5 * columns + 1.0, 3.8))
+    force = task.simulated.truth.dynamics.hands["RightHandCOM"]
+    true = np.linalg.norm(force, axis=1) / G
+    # Those that agree lie upon each other: the later, the thinner.
+    widths = np.linspace(3.5, 0.6, len(SWEEP))
+    for axis, way in zip(axes[0], ways, strict=False):
+        sweep = zip(found[way], log_sweep(SWEEP), SERIES, widths, strict=False)
+        for one, text, color, width in sweep:
+            axis.plot(task.time_s, mass_kg(one, RIGHT), color=color, linewidth=width, label=text)
         label(axis, title=way, y="kg", x="time (s)")
+    if mine is not None:
+        axis, held_kg = axes[0, -1], payload(mine, "norm", (0.025, 0.5, 0.975)).quantiles_kg
+        assert held_kg is not None
+        low, high = held_kg[:, 0], held_kg[:, 2]
+        axis.fill_between(task.time_s, low, high, color=OTHER, alpha=0.35, linewidth=0.0)
+        axis.plot(task.time_s, held_kg[:, 1], color=OTHER, linewidth=0.7)
+        label(axis, title="one step, the noise's; median and 95 % band", y="kg", x="time (s)")
+    for axis in axes[0]:
+        axis.plot(task.time_s, true, color=TRUE, linewidth=0.9, linestyle="--", label="truth")
+        mark_interval(axis, task.time_s, held)
     legend_below(figure, axes[0, 0], 7)
     return figure
 

@@ -52,6 +52,7 @@ class Measured:
         simulated: the truth; positions and velocities are taken as known, as the papers do.
         sensors: readings with the noise that they have as covariance.
         arrived: ``T`` frames in which no sensor was lost.
+        feet_arrived: ``T`` frames in which none of the feet's was.
         acceleration: ``T x nv`` of the motion, with noise: what the rate of momentum is made from.
     """
 
@@ -60,6 +61,7 @@ class Measured:
     simulated: SimulatedMotion
     sensors: tuple[Measurement, ...]
     arrived: np.ndarray
+    feet_arrived: np.ndarray
     acceleration: np.ndarray
 
     @property
@@ -117,10 +119,11 @@ def measured(
         )
     acceleration = motion.a + size * JOINT_SD * rng.normal(size=motion.a.shape)
     sensors.append(JointAcceleration(acceleration[:, 6:], JOINT_SD**2))
+    there = np.ones(len(motion), dtype=bool)
     for sensor, received in _feet(model, simulated, rng, feet, exact):
-        arrived &= received
+        there &= received
         sensors.append(sensor)
-    return Measured(name, model, simulated, tuple(sensors), arrived, acceleration)
+    return Measured(name, model, simulated, tuple(sensors), arrived & there, there, acceleration)
 
 
 def as_in_the_paper(sensors: tuple[Measurement, ...], preset: TwoStepCovariances) -> list:
