@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 SCIENTIFIC = ("ergonomics", "estimation", "human", "prediction")
 PACKAGES = ("app", *SCIENTIFIC)
 #: The only scientific modules that read or write files; see docs/conventions.md.
-FILE_ROOMS = ("human/readers/", "prediction/model_file.py")
+FILE_ROOMS = ("human/readers/", "prediction/model_file.py", "estimation/kernel/machine_code.py")
 #: What may import the simulator; estimators never learn from it.
 SIMULATOR_ROOMS = ("human/simulate/", "app/demo/", "tests/", "docs/", "benchmarks/", "examples/")
 FILE_CALLS = {"open", "read_text", "read_bytes", "write_text", "write_bytes", "unlink", "mkdir"}

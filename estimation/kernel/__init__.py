@@ -8,7 +8,7 @@ from estimation.kernel.machine_code import (
     kernel_state,
     loaded_kernel,
 )
-from estimation.kernel.tables import Tables, tables
+from estimation.kernel.sensor_tables import Tables, tables
 
 __all__ = [
     "Call",

@@ -7,7 +7,7 @@ import numpy as np
 from estimation.covariances import ModelCovariances
 from estimation.kernel.layout import COMMON_SLOTS, LINK_SLOTS, TABLES, columns
 from estimation.kernel.machine_code import Solve
-from estimation.kernel.tables import Tables, tables
+from estimation.kernel.sensor_tables import Tables, tables
 from estimation.kernel.vector_code import LANES
 from estimation.sensors import Measurement
 from estimation.spatial import Array, IntArray

@@ -85,12 +85,10 @@ def compile_kernel() -> KernelState:
 
 def folders() -> tuple[Path, ...]:
     """Returns where the kernel may be kept, best first: with the package, or with the user."""
-    home = Path.home()
-    if sys.platform == "darwin":
-        user = home / "Library" / "Caches"
-    else:
-        user = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return (Path(__file__).parent / "__pycache__", user / "ergocast")
+    user = "Library/Caches" if sys.platform == "darwin" else ".cache"
+    beside, own = Path(__file__).parent / "__pycache__", Path(os.path.expanduser(f"~/{user}"))
+    # Without a home, "~" stays as it is.
+    return (beside, own / "ergocast") if own.is_absolute() else (beside,)
 
 
 def _load() -> None:
@@ -159,9 +157,8 @@ def _file_name() -> str:
     return f"kernel-{digest.hexdigest()[:24]}.bin"
 
 
-@cache
 def _machine() -> Any:
-    """The processor that this runs on, with all it can do."""
+    """The processor that this runs on, with all it can do; an engine takes it over for good."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm.Target.from_default_triple().create_target_machine(

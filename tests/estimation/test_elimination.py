@@ -43,17 +43,23 @@ def random_tree(rng, links):
 
 def random_problem(rng, links, finite, frames=3):
     """Full covariance blocks everywhere, some constant and some of each frame."""
+    return random_run(rng, links, finite, frames)[0]
+
+
+def random_run(rng, links, finite, frames):
+    """The same with the state that its kinematics come from."""
     tree = random_tree(rng, links)
     q = rng.normal(size=(frames, 7 + tree.n_dof))
     q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
-    kinematics = tree_kinematics(tree, q, rng.normal(size=(frames, 6 + tree.n_dof)))
+    v = rng.normal(size=(frames, 6 + tree.n_dof))
+    kinematics = tree_kinematics(tree, q, v)
 
     def block(scale, count=1):
         half = rng.normal(size=(count, 6, 6))
         return scale * (half @ half.swapaxes(-1, -2) + 0.5 * np.eye(6))
 
     counts = [int(rng.choice([1, frames])) for _ in range(links)]
-    return Problem(
+    problem = Problem(
         tree=tree,
         kinematics=kinematics,
         J=[block(1.0, count) for count in counts],
@@ -71,6 +77,7 @@ def random_problem(rng, links, finite, frames=3):
         mu=0.3,
         hinge=[np.zeros((6, 6))] * links,
     )
+    return problem, q, v
 
 
 def assert_equal_to_dense(problem, frame, d_atol, relative):
