@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.estimation.real_motion.comparison import Row, compare, table
+from benchmarks.estimation.real_motion.comparison import Row, compare, covered, table
+from benchmarks.estimation.real_motion.plots import draw_trial
 from benchmarks.estimation.real_motion.trials import Trial, opencap_trials, vicon_trial
 
 
@@ -50,6 +51,10 @@ def _shown(trial: Trial, plots: Path | None) -> int:
         rows_of[ours.driver] = compare(ours, theirs, trial.kind)
         out += [f" {ours.driver}: {ours.notes[0]}", table(rows_of[ours.driver])]
     out += [f"    {note}" for note in trial.user.found.notes[1:]]
+    out.append(
+        "    their moment lies in our 95 % band (about our own flexion axes): "
+        + ", ".join(f"{joint} {share:.0%}" for joint, share in covered(trial.user, theirs).items())
+    )
     chunk = trial.user.chunk
     if np.any(chunk.payload_known):
         low, middle, high = np.median(chunk.payload_kg[chunk.payload_known], axis=0)
@@ -57,22 +62,10 @@ def _shown(trial: Trial, plots: Path | None) -> int:
             f"    payload where nothing is held: {middle:.1f} kg, 90 % band {low:.1f} to {high:.1f}"
         )
     if plots is not None:
-        out.append(f"    {_drawn(plots, trial, rows_of)}")
+        out.append(f"    {draw_trial(plots, theirs, rows_of)}")
     sys.stdout.write("\n".join(out) + "\n")
     sys.stdout.flush()
     return sum(row.passed is False for rows in rows_of.values() for row in rows)
-
-
-def _drawn(folder: Path, trial: Trial, rows_of: dict[str, list[Row]]) -> Path:
-    try:
-        from benchmarks.estimation.real_motion.plots import draw_trial
-    except ModuleNotFoundError as problem:
-        if problem.name != "matplotlib":
-            raise
-        raise SystemExit(
-            "the plots need matplotlib: `pip install ergocast[bench]` in this environment"
-        ) from None
-    return draw_trial(folder, trial.theirs, rows_of)
 
 
 if __name__ == "__main__":

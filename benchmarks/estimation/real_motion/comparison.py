@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.estimation.real_motion.reference import Array, Estimated, Mask, Reference
+from benchmarks.estimation.real_motion.user_driver import UserRun
 
 #: An estimator that returns zero must be beaten by this.
 OF_ZERO = 0.7
@@ -113,6 +114,25 @@ def compare(ours: Estimated, theirs: Reference, kind: str) -> list[Row]:
             )
         )  # fmt: skip
     return rows
+
+
+def covered(run: UserRun, theirs: Reference) -> dict[str, float]:
+    """Returns by joint the share of frames in which their moment lies in our 95 % band.
+
+    The band holds our errors; theirs add to the difference, so that less than 95 % is no proof.
+    """
+    ours, out = run.found, {}
+    for joint, band in run.flexion.items():
+        if joint not in theirs.moment:
+            continue
+        near = np.clip(np.searchsorted(theirs.time_s, ours.time_s), 0, len(theirs.time_s) - 1)
+        used = ours.known[joint] & theirs.valid[joint][near]
+        used &= np.abs(theirs.time_s[near] - ours.time_s) < 1e-3
+        value = np.sum(theirs.moment[joint][near] * band.axis, axis=1)
+        inside = np.abs(value - band.torque) <= 1.96 * band.sd
+        if np.any(used):
+            out[joint] = float(np.mean(inside[used]))
+    return out
 
 
 def _known(there: Array, time_s: Array, known: Mask) -> Mask:

@@ -58,3 +58,18 @@ class Estimated:
     moment: Mapping[str, Array]
     known: Mapping[str, Mask]
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Banded:
+    """Our torque about one axis of a joint, with its standard deviation.
+
+    Attributes:
+        axis: ``(frames, 3)`` unit, world axes.
+        torque: ``(frames,)`` N m.
+        sd: ``(frames,)`` N m.
+    """
+
+    axis: Array
+    torque: Array
+    sd: Array

@@ -8,20 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.estimation.real_motion.reference import LEGS, LOW_BACK, Array, Estimated
+from benchmarks.estimation.real_motion.reference import LEGS, LOW_BACK, Array, Banded, Estimated
 from estimation import RunChunk, RunSettings, estimate_run, feet_from_plates
 from human import HumanModel, Subject, forward_kinematics
 from human.marker_recording import MarkerRecording, PlateForces
 from human.markers import body_from_static, fit_markers
-from human.model import BASE_NQ
+from human.model import BASE_NQ, IntArray
 
 
 @dataclass(frozen=True, slots=True)
 class UserRun:
-    """The moments at the compared joints, and the run's own record of everything."""
+    """The moments at the compared joints, the run's own record, flexion torques with bands."""
 
     found: Estimated
     chunk: RunChunk
+    flexion: dict[str, Banded]
 
 
 def user_path(
@@ -42,34 +43,37 @@ def user_path(
     chunk, summary = estimate_run(fitted.model, fitted.motion, feet, settings)
     rows = np.searchsorted(fitted.motion.time_s, chunk.time_s)
     joints = (*LEGS, LOW_BACK)
-    torque = _vectors(fitted.model, fitted.motion.q[rows], chunk.torque_nm, joints)
-    dofs = np.array([name.rpartition("_")[0] for name in fitted.model.dof_names])
-    known = {name: np.all(chunk.torque_known[:, dofs == name], axis=1) for name in joints}
+    axes = {name: _axes(fitted.model, fitted.motion.q[rows], name) for name in joints}
+    torque = {name: chunk.torque_nm[:, _dofs(fitted.model, name)] for name in joints}
+    moment = {name: np.linalg.solve(axes[name], torque[name][..., None])[..., 0] for name in joints}
+    flexion = {}
+    if chunk.torque_sd_nm is not None:
+        sd = {name: chunk.torque_sd_nm[:, _dofs(fitted.model, name)] for name in joints}
+        # The second axis is that of flexion in all these joints.
+        flexion = {
+            name: Banded(axes[name][:, 1], torque[name][:, 1], sd[name][:, 1]) for name in joints
+        }
+    known = {
+        name: np.all(chunk.torque_known[:, _dofs(fitted.model, name)], axis=1) for name in joints
+    }
     found = Estimated(
-        driver="B, user path", time_s=chunk.time_s, moment=torque, known=known,
+        driver="B, user path", time_s=chunk.time_s, moment=moment, known=known,
         notes=(f"{subject.mass_kg:.1f} kg, {subject.height_m:.2f} m; markers met within "
                f"{1e3 * fitted.rms_m:.1f} mm rms", *summary.findings),
     )  # fmt: skip
-    return UserRun(found, chunk)
+    return UserRun(found, chunk, flexion)
 
 
-def _vectors(
-    model: HumanModel, q: Array, torque: Array, joints: tuple[str, ...]
-) -> dict[str, Array]:
-    """Returns each joint's moment in world axes from its three torques.
+def _dofs(model: HumanModel, joint: str) -> IntArray:
+    return model.joint_dofs(model.joint_names.index(joint))
 
-    A torque is the moment's projection on its axis; the three axes span space.
-    """
+
+def _axes(model: HumanModel, q: Array, joint: str) -> Array:
+    """Returns the axes ``(frames, 3, 3)`` of a joint's torques in the world, one a row."""
     turn = forward_kinematics(model, q).rotation
-    out = {}
-    for joint in joints:
-        index = model.joint_names.index(joint)
-        parent = turn[:, model.parents[index + 1]]
-        angle = q[:, BASE_NQ + model.joint_dofs(index)]
-        after_x = np.stack([np.zeros(len(q)), np.cos(angle[:, 0]), np.sin(angle[:, 0])], axis=1)
-        child = turn[:, index + 1]
-        second = np.einsum("tij,tj->ti", parent, after_x)
-        axes = np.stack([parent[:, :, 0], second, child[:, :, 2]], axis=1)
-        moment = np.linalg.solve(axes, torque[:, model.joint_dofs(index), None])
-        out[joint] = moment[..., 0]
-    return out
+    index = model.joint_names.index(joint)
+    parent, child = turn[:, model.parents[index + 1]], turn[:, index + 1]
+    first = q[:, BASE_NQ + model.joint_dofs(index)[0]]
+    after_first = np.stack([np.zeros(len(q)), np.cos(first), np.sin(first)], axis=1)
+    second = np.einsum("tij,tj->ti", parent, after_first)
+    return np.stack([parent[:, :, 0], second, child[:, :, 2]], axis=1)
