@@ -21,6 +21,10 @@ from human.model import Array, IntArray
 #: Distance between the centres of a joint's outer and inner marker over stature: chosen here, the
 #: mean over people of three laboratories who wore both.
 _BREADTH = {"knee": 0.066, "ankle": 0.050, "elbow": 0.043}
+#: How an ankle's axis lies: turned outward from the knee's, and steeper than at right angles to the
+#: shank (82.7 degrees, Inman 1976); the first chosen here, from the same people.
+_ANKLE_TURN_RAD = np.deg2rad(15.0)
+_ANKLE_TILT_RAD = np.deg2rad(7.3)
 #: Least bend (sine) at which the plane of a limb shows the axis it bends about.
 _LEAST_BEND = np.sin(np.deg2rad(20.0))
 #: Rounds of finding the plane of a bent leg and the joint centres in it.
@@ -67,8 +71,10 @@ def measure_leg(landmarks: Landmarks, pelvis: Pelvis, side: str, height_m: float
         hint = np.where(shown[:, None], bend, across)
         knee = _hinge(landmarks, f"{low}_knee", hip - outer, -out * hint, height_m)
         thigh = axes_along(hip - knee.center, 2, _prefer(-out * knee.inward, hint), 1)
+        forward, left = thigh[..., 0], thigh[..., 1]
+        inward = np.cos(_ANKLE_TURN_RAD) * -out * left + np.sin(_ANKLE_TURN_RAD) * forward
         ankle = _hinge(
-            landmarks, f"{low}_ankle", knee.center - foot, -out * thigh[..., 1], height_m
+            landmarks, f"{low}_ankle", knee.center - foot, inward, height_m, _ANKLE_TILT_RAD
         )
         center, end = knee.center, ankle.center
     shank = axes_along(knee.center - ankle.center, 2, thigh[..., 1], 1)
@@ -89,7 +95,12 @@ class _Hinge:
 
 
 def _hinge(
-    landmarks: Landmarks, joint: str, to_upper: Array, inward: Array, height_m: float
+    landmarks: Landmarks,
+    joint: str,
+    to_upper: Array,
+    inward: Array,
+    height_m: float,
+    tilt_rad: float = 0.0,
 ) -> _Hinge:
     """Finds a joint's centre.
 
@@ -99,8 +110,10 @@ def _hinge(
         to_upper: ``(n, 3)`` m, from the outer point to the joint above.
         inward: ``(n, 3)`` from the outer point to the inner one, as far as can be told without it.
         height_m: stature.
+        tilt_rad: angle by which the joint's axis rises inward.
 
-    Source: where the inner point is not seen, the right angle of Davis et al. 1991 (chord).
+    Source: where the inner point is not seen, the right angle at the centre between the outer point
+    and the joint above is that of Davis et al. 1991 (chord); with a tilted axis it is wider.
     """
     outer, inner = landmarks.of(f"{joint}_lateral"), landmarks.of(f"{joint}_medial")
     if landmarks.has(f"{joint}_lateral", f"{joint}_medial"):
@@ -111,10 +124,11 @@ def _hinge(
         return _Hinge(center, center - outer, (note,))
     half = 0.5 * _BREADTH[joint.partition("_")[2]] * height_m
     reach = np.linalg.norm(to_upper, axis=-1, keepdims=True)
-    # The outer marker, the centre and the joint above make a right angle at the centre.
-    cosine = half / np.maximum(reach, half)
+    # Triangle of outer marker, centre and joint above: its angle at the centre is known.
+    wide = 0.5 * np.pi + tilt_rad
+    angle = np.pi - wide - np.arcsin(np.minimum(half * np.sin(wide) / np.maximum(reach, half), 1.0))
     axes = axes_along(to_upper, 2, inward, 1)
-    way = cosine * axes[..., 2] + np.sqrt(1.0 - cosine**2) * axes[..., 1]
+    way = np.cos(angle) * axes[..., 2] + np.sin(angle) * axes[..., 1]
     note = (
         f"The centre of the {joint.replace('_', ' ')} is taken {1e3 * half:.0f} mm inside its "
         "outer marker: no inner one is seen."
@@ -157,7 +171,7 @@ def measure_arm(landmarks: Landmarks, chest: Chest, side: str, height_m: float) 
 
     The shoulder's centre lies below the acromion. The upper arm's z axis points from the inner to
     the outer condyle, or along the axis the elbow bends about, or else the arm's x axis is the
-    chest's. The forearm's x axis points from the little finger's to the thumb's side.
+    chest's. The forearm's x axis points to the thumb's side, as the knuckles show it, or the wrist.
 
     Source: shoulder centre, Reed et al. 1999, as quoted by Dumas et al. 2007.
     """
@@ -180,8 +194,11 @@ def measure_arm(landmarks: Landmarks, chest: Chest, side: str, height_m: float) 
     hint = np.where(shown[:, None], bend, straight)
     elbow = _hinge(landmarks, f"{low}_elbow", shoulder - outer, -hint, height_m)
     upper = axes_along(out * (elbow.center - shoulder), 1, _prefer(-elbow.inward, hint), 2)
-    fore = axes_along(out * (wrist - elbow.center), 1, _prefer(radial - ulnar, upper[..., 0]), 0)
     second, fifth = landmarks.of(f"{low}_hand_second"), landmarks.of(f"{low}_hand_fifth")
+    # The wrist does not turn about the forearm, and the knuckles show the palm better than the
+    # two heads at the wrist, of which one lies further back.
+    thumbward = _prefer(second - fifth, _prefer(radial - ulnar, upper[..., 0]))
+    fore = axes_along(out * (wrist - elbow.center), 1, thumbward, 0)
     palm = landmarks.first((f"{low}_hand_second", f"{low}_hand_fifth"), f"{low}_hand_second")[0]
     hand = axes_along(out * (palm - wrist), 1, _prefer(second - fifth, fore[..., 0]), 0)
     return Limb(

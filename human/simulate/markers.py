@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 #: Half a joint's breadth over stature, outer marker to inner marker.
 _HALF_BREADTH = {"knee": 0.033, "ankle": 0.025, "elbow": 0.0215}
 _WRIST_HALF = 0.015
+#: The ankle's axis: turned outward from the knee's, rising inward.
+_ANKLE_TURN, _ANKLE_TILT = np.deg2rad(15.0), np.deg2rad(7.3)
 #: Depth of the chest from C7 to the breastbone over stature, and the dip of that line.
 _CHEST_DEPTH = 0.075
 _CHEST_DIP = np.deg2rad(26.0)
@@ -165,8 +167,14 @@ def _bony_point(
         sign = {"lateral": 1.0, "medial": -1.0, "center": 0.0}[way]
         half = sign * _HALF_BREADTH[joint] * height
         upper = {"knee": "UpperLeg", "ankle": "LowerLeg", "elbow": "UpperArm"}[joint]
-        across = _vector(0.0, 0.0, half) if joint == "elbow" else _vector(0.0, out * half, 0.0)
-        return f"{side}{upper}", _offset(model, f"j{side}{joint.capitalize()}") + across
+        across = {
+            "knee": _vector(0.0, out, 0.0),
+            "ankle": _vector(-np.sin(_ANKLE_TURN), out * np.cos(_ANKLE_TURN), 0.0)
+            * np.cos(_ANKLE_TILT)
+            - _vector(0.0, 0.0, np.sin(_ANKLE_TILT)),
+            "elbow": _vector(0.0, 0.0, 1.0),
+        }[joint]
+        return f"{side}{upper}", _offset(model, f"j{side}{joint.capitalize()}") + half * across
     if joint == "wrist":
         sign = {"radial": 1.0, "ulnar": -1.0, "center": 0.0}[way]
         across = _vector(sign * _WRIST_HALF * height, 0.0, 0.0)
