@@ -8,8 +8,9 @@ from scipy.special import ndtr
 from estimation.run_records import HandState
 from estimation.spatial import Array, BoolArray, IntArray
 
-#: The mass is averaged over about so long before it is judged, s.
-MEMORY_S = 0.1
+#: How far the mass is above the limit, in its standard deviations, is averaged over about so long
+#: before it is judged, s; more than so many count no more.
+MEMORY_S, MOST_SDS = 0.1, 3.0
 #: A free hand is loaded once this is the probability that it bears more than the limit; a loaded
 #: one is free once it is no more likely than not.
 LOADS_AT, FREES_AT = 0.95, 0.5
@@ -22,13 +23,14 @@ class HandTracker:
     Attributes:
         limit_kg: who bears more is loaded.
         state: what holds now.
-        mass_kg: the average mass, None while nothing is known.
+        above: how far the mass is above the limit, in standard deviations, averaged; None while
+            nothing is known.
         time_s: of the last frame.
     """
 
     limit_kg: float
     state: HandState = HandState.UNKNOWN
-    mass_kg: float | None = None
+    above: float | None = None
     time_s: float = -np.inf
 
     def take(
@@ -50,16 +52,18 @@ class HandTracker:
         rows = zip(time_s.tolist(), mass_kg.tolist(), sd_kg.tolist(), known.tolist(), strict=True)
         for row, (now, mass, sd, told) in enumerate(rows):
             if not told:
-                self.state, self.mass_kg = HandState.UNKNOWN, None
+                self.state, self.above = HandState.UNKNOWN, None
                 states[row], probability[row] = self.state, FREES_AT
                 continue
-            if self.mass_kg is None:
-                self.mass_kg = mass
+            seen = (mass - self.limit_kg) / max(sd, 1e-9)
+            seen = min(max(seen, -MOST_SDS), MOST_SDS)
+            if self.above is None:
+                self.above = seen
             else:
                 share = 1.0 - np.exp(-(now - self.time_s) / MEMORY_S)
-                self.mass_kg += share * (mass - self.mass_kg)
+                self.above += share * (seen - self.above)
             self.time_s = now
-            chance = float(ndtr((self.mass_kg - self.limit_kg) / max(sd, 1e-9)))
+            chance = float(ndtr(self.above))
             if chance >= LOADS_AT:
                 self.state = HandState.LOADED
             elif chance <= FREES_AT or self.state == HandState.UNKNOWN:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import ndtri
+from scipy.stats import t as student
 
 from estimation.norm_quantiles import norm_quantiles
 from estimation.payload import GRAVITY_MS2, Definition
@@ -16,7 +17,7 @@ SETTLE_S = 0.4
 BLOCK_S = 0.2
 #: A hold is cut into so many parts, or fewer where it is short: by how they differ shows how far
 #: errors of neighbouring frames hang together. Fewer than the second number tell nothing.
-PARTS, LEAST_PARTS = 20, 6
+PARTS, LEAST_PARTS = 10, 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,10 +101,10 @@ class HoldCollector:
 
     def _gather(self, frames: HoldFrames, rows: IntArray) -> None:
         number = np.floor((frames.time_s[rows] - self._since_s) / BLOCK_S).astype(np.intp)
-        for part in np.split(rows, np.flatnonzero(np.diff(number)) + 1):
-            at = int((frames.time_s[part[0]] - self._since_s) // BLOCK_S)
-            block = _block(frames, part, at)
-            if self._blocks and self._blocks[-1].number == at:
+        edges = np.flatnonzero(np.diff(number)) + 1
+        for part, same in zip(np.split(rows, edges), np.split(number, edges), strict=True):
+            block = _block(frames, part, int(same[0]))
+            if self._blocks and self._blocks[-1].number == block.number:
                 self._blocks[-1].add(block)
             else:
                 self._blocks.append(block)
@@ -142,7 +143,7 @@ class HoldCollector:
         variance = 1.0 / float(whole["weight"])
         if len(weight) >= LEAST_PARTS:
             scatter = np.sum((moment - weight * mass) ** 2 / weight) / (len(weight) - 1)
-            variance *= max(1.0, float(scatter))
+            variance *= max(1.0, _few(len(weight)) * float(scatter))
         pairs = whole["moments"] / whole["weight"]
         if len(pairs):
             variance += self.widening**2 * float(np.mean(pairs**2))
@@ -156,7 +157,7 @@ class HoldCollector:
         covariance = whole["covariance"] / count**2
         if len(sums["frames"]) >= LEAST_PARTS:
             apart = (sums["force"] - sums["frames"][:, None] * force) / count
-            scatter = apart.T @ apart * (len(apart) / (len(apart) - 1))
+            scatter = apart.T @ apart * (_few(len(apart)) * len(apart) / (len(apart) - 1))
             if np.trace(scatter) > np.trace(covariance):
                 covariance = scatter
         pairs = whole["forces"] / count
@@ -173,6 +174,11 @@ class HoldCollector:
                 "norm", length / GRAVITY_MS2, spread, (float(low), float(middle), float(high))
             ),
         )
+
+
+def _few(parts: int) -> float:
+    """What makes 95 % of a variance that is known from a few parts only: Student's t, squared."""
+    return float(student.ppf(0.975, parts - 1) / student.ppf(0.975, np.inf)) ** 2
 
 
 def _gaussian(definition: Definition, mass: float, sd: float) -> HoldMass:

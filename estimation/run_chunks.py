@@ -126,7 +126,7 @@ def loads_of(noise: Estimate, wide: Estimate, settings: RunSettings, balance: In
         pull=pull,
         hand_kg=hand_kg,
         hand_sd_kg=hand_sd,
-        hand_known=hand_known & known[:, None],
+        hand_known=hand_known & (known & held.split_observable)[:, None],
     )
 
 
