@@ -253,20 +253,17 @@ def _better(solved: Solved, other: Solved, frames: IntArray, more: Array) -> Sol
 def _judge(plan: FitPlan, solved: Solved, seen: Array) -> tuple[Flags, Flags]:
     """Returns which frames are fitted ``(B,)`` and which free angles are not shown ``(B, k)``.
 
-    The uncertainty is worked out where markers are missing, and at every eighth frame, whose
-    verdict, the posture's, holds for the frames around it.
+    The uncertainty is worked out where markers are missing, and on every eighth of the frames that
+    show them all, whose verdict, the posture's, holds for those around it.
     """
     free = plan.problem.system.free
-    count = len(seen)
     believed = seen * ~solved.outlier
     patchy = np.any(believed < 1.0, axis=1)
-    near_key = np.clip(
-        _KEY_STEP * np.round(np.arange(count) / _KEY_STEP).astype(np.intp), 0, count - 1
-    )
-    looked_at = np.flatnonzero(patchy | (np.bincount(near_key, minlength=count) > 0))
-    at = np.full(count, -1)
-    at[looked_at] = np.arange(len(looked_at))
-    at = np.where(at < 0, at[near_key], at)
+    whole = np.flatnonzero(~patchy)
+    looked_at = np.concatenate([np.flatnonzero(patchy), whole[::_KEY_STEP]])
+    at = np.zeros(len(seen), dtype=np.intp)
+    at[patchy] = np.arange(np.sum(patchy))
+    at[whole] = np.sum(patchy) + np.arange(len(whole)) // _KEY_STEP
     sd, turn = spreads(
         plan.problem, solved.q[looked_at], solved.residual_m[looked_at], believed[looked_at]
     )
@@ -314,6 +311,5 @@ def _sample(valid: NDArray[np.bool_]) -> IntArray:
 
 def _typical(problem: MarkerProblem, solved: Solved, seen: Array) -> Array:
     at = solved.settled if np.any(solved.settled) else np.ones_like(solved.settled)
-    believed = (seen * ~solved.outlier)[at]
-    sd, _ = spreads(problem, solved.q[at], solved.residual_m[at], believed)
+    sd, _ = spreads(problem, solved.q[at], np.zeros_like(seen[at]), seen[at])
     return np.asarray(np.median(sd, axis=0))

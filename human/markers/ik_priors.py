@@ -31,7 +31,7 @@ _STIFF_SD_RAD = {
 #: An elbow is a hinge: sideways component of the forearm's direction in the upper arm's axes.
 _HINGE_SD = 0.1
 #: How hard a limit pushes back, rad.
-_LIMIT_SD_RAD = np.deg2rad(0.5)
+_LIMIT_SD_RAD = np.deg2rad(0.2)
 #: An angle that markers determine: free for all that its own size matters.
 _FREE_SD_RAD = 300.0
 #: One that they hardly determine: near the reference posture.

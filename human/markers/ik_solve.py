@@ -21,13 +21,13 @@ Flags = NDArray[np.bool_]
 
 #: Frames worked on at once: their matrices then stay in the processor's cache.
 _CHUNK = 512
-_MOST_STEPS = 60
-#: A step smaller than this everywhere (m, rad) is the last.
-_LAST_STEP = 1e-6
+_MOST_STEPS = 40
+#: A step that promises less than this gain of half a squared standard deviation is the last.
+_LAST_GAIN = 1e-10
 #: Longest step of any unknown (m, rad).
 _LONGEST_STEP = 0.6
-#: A frame whose last accepted step was longer has not settled.
-_SETTLED_STEP = 1e-3
+#: A frame with more than this still to gain has not settled.
+_SETTLED_GAIN = 1e-3
 _DAMPING_START, _DAMPING_LEAST, _DAMPING_MOST = 1e-4, 1e-12, 1e6
 #: Distance within which a marker counts in full: standard deviations, and metres at least.
 _FULL_SD, _FULL_LEAST_M = 4.0, 0.03
@@ -118,29 +118,29 @@ def solve(
 def _solve_chunk(
     problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
 ) -> Solved:
-    q, last_step = _descend(problem, q, marker, seen, pull, robust)
+    q, left = _descend(problem, q, marker, seen, pull, robust)
     distance = _distance(problem, q, marker, seen)
     outlier = (distance > _OUTLIER * problem.full_m) & (seen > 0.0)
     at = np.flatnonzero(np.any(outlier, axis=1))
     if robust and len(at):
         # What is not believed shall not pull at all.
         believed = seen[at] * ~outlier[at]
-        q[at], last_step[at] = _descend(problem, q[at], marker[at], believed, pull.of(at), True)
+        q[at], left[at] = _descend(problem, q[at], marker[at], believed, pull.of(at), True)
         distance = _distance(problem, q, marker, seen)
     cost = _loss(problem, distance, seen)
     cost += problem.prior.cost(q[:, BASE_NQ + problem.system.free], pull)
-    return Solved(q, distance, outlier, last_step < _SETTLED_STEP, cost)
+    return Solved(q, distance, outlier, left < _SETTLED_GAIN, cost)
 
 
 def _descend(
     problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
 ) -> tuple[Array, Array]:
-    """Returns the postures and the length of each frame's last step."""
+    """Returns the postures and what the last step of each promised to gain."""
     system, prior = problem.system, problem.prior
     angles = BASE_NQ + system.free
     q = q.copy()
     damping = np.full(len(q), _DAMPING_START)
-    last_step = np.full(len(q), np.inf)
+    left = np.full(len(q), np.inf)
     active = np.arange(len(q))
     placed = system.place(q)
     for _ in range(_MOST_STEPS):
@@ -154,23 +154,24 @@ def _descend(
         diagonal = np.einsum("bkk->bk", matrix)
         diagonal += _RIDGE + damping[active, None] * diagonal
         step: Array = np.asarray(np.linalg.solve(matrix, rhs[..., None])[..., 0], dtype=np.float64)
+        gain = 0.5 * np.sum(rhs * step, axis=1)
         longest = np.max(np.abs(step), axis=1)
         step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300))[:, None]
         trial = system.moved(here, step)
         there = system.place(trial)
         away = np.linalg.norm(y - there.marker, axis=-1) * s
         trial_cost = _loss(problem, away, s, robust) + prior.cost(trial[:, angles], known)
-        # Near the optimum the gain drowns in rounding: a tiny step is taken all the same.
-        better = (trial_cost < cost) | (longest < 1e2 * _LAST_STEP)
+        # At the optimum the gain drowns in rounding: the last step is taken all the same.
+        better = (trial_cost < cost) | (gain < _LAST_GAIN)
         q[active[better]] = trial[better]
-        last_step[active[better]] = longest[better]
+        left[active] = gain
         damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _DAMPING_LEAST)
-        going = (longest >= _LAST_STEP) & (damping[active] < _DAMPING_MOST)
+        going = (gain >= _LAST_GAIN) & (damping[active] < _DAMPING_MOST)
         if not np.any(going):
             break
         placed = there.where(better, placed).of(np.flatnonzero(going))
         active = active[going]
-    return q, last_step
+    return q, left
 
 
 @single_threaded
