@@ -27,7 +27,16 @@ def feet_of(simulated, rng=None):
             read[:, 3:] += np.cross(point, error[:, :3])
         state = np.full(frames, int(FootState.MEASURED))
         out.append(FootForce(read, state, point, np.tile(FOOT_SD**2, (frames, 1))))
-    return FootForces(simulated.motion.time_s, out[0], out[1], (), 0.0, (), ())
+    return FootForces(
+        time_s=simulated.motion.time_s,
+        right=out[0],
+        left=out[1],
+        missing_n=np.zeros(frames),
+        stances=(),
+        clock_offset_s=0.0,
+        assumed=(),
+        findings=(),
+    )
 
 
 def with_state(feet, side, frames, state):
