@@ -73,6 +73,7 @@ from estimation.sensors import (
     Measurement,
 )
 from estimation.stance_calibration import StanceCalibration, calibrate_stance, with_mass
+from estimation.stream import Estimator
 from estimation.tree import EstimationTree, hinge_tree, real_tree
 
 __all__ = [
@@ -95,6 +96,7 @@ __all__ = [
     "Estimate",
     "EstimationError",
     "EstimationTree",
+    "Estimator",
     "FootContacts",
     "FootForce",
     "FootForces",

@@ -8,11 +8,12 @@ from estimation.kernel.machine_code import (
     kernel_state,
     loaded_kernel,
 )
-from estimation.kernel.sensor_tables import Tables, tables
+from estimation.kernel.sensor_tables import Observations, Tables, tables
 
 __all__ = [
     "Call",
     "KernelState",
+    "Observations",
     "Results",
     "Solve",
     "Tables",

@@ -6,6 +6,7 @@ positions and velocities is left to the kernel.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from estimation.sensors import (
     AngularAcceleration,
     ForceTorque,
     FreeWrench,
+    JointAcceleration,
     Measurement,
     blocks,
     checked_blocks,
@@ -44,8 +46,27 @@ from estimation.sensors import (
     turning,
     values,
 )
+from estimation.sensors import variances as joint_variances
 from estimation.spatial import Array, IntArray, inverse, symmetric, times, transposed
 from estimation.tree import EstimationTree
+
+#: What sensors see of their links, by the sensor's identity, with the sensor to keep that its own.
+Observations = dict[int, tuple[Measurement, Array | None, Array, Array, Array]]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Where the value of a measurement goes in the row of a frame, and with what gain.
+
+    Attributes:
+        measurement: which, in the order given.
+        column: where it starts.
+        gain: ``(1, n, n)`` matrix or ``(1, n)`` factors; None: the value itself.
+    """
+
+    measurement: int
+    column: int
+    gain: Array | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +84,8 @@ class Tables:
         pairs: of each pair of sites.
         paths: links between sites and where they meet, one after another.
         settings: of the run.
+        readings: how a frame's own values add up to what stands in ``by_frame``; of a run whose
+            values are zero, what stands there is all the rest.
     """
 
     constants: Array
@@ -75,6 +98,7 @@ class Tables:
     pairs: IntArray
     paths: IntArray
     settings: IntArray
+    readings: tuple[Reading, ...]
 
 
 class _Numbers:
@@ -86,6 +110,7 @@ class _Numbers:
         self.by_frame: list[Array] = []
         self.starts: list[int] = []
         self.width = columns(tree.n_dof)[1]
+        self.readings: list[Reading] = []
 
     def refer(self, array: Array) -> int:
         """Takes ``(1 or frames, ...)`` numbers: the same for all frames, or each frame's own."""
@@ -105,6 +130,11 @@ class _Numbers:
         self.width += flat.shape[1]
         return -1 - self.starts[-1]
 
+    def read(self, measurement: int, reference: int, gain: Array | None = None) -> int:
+        """Remembers that a measurement's value goes where its frames' own numbers stand."""
+        self.readings.append(Reading(measurement, -1 - reference, gain))
+        return reference
+
 
 def tables(
     tree: EstimationTree,
@@ -113,6 +143,7 @@ def tables(
     frames: int,
     sites: Sequence[str],
     spreads: bool,
+    remembered: Observations | None = None,
 ) -> Tables:
     """Makes the tables of a run.
 
@@ -123,6 +154,7 @@ def tables(
         frames: how many.
         sites: links whose wrenches' covariances are wanted together.
         spreads: whether standard deviations are wanted.
+        remembered: what was found out about sensors before; what is new is added.
 
     Raises:
         SensorError: a value or covariance has the wrong shape.
@@ -136,9 +168,15 @@ def tables(
         links[link, LINK_ROW["axes"]] = len(axes)
         links[link, LINK_ROW["axis"] : LINK_ROW["axis"] + len(axes)] = axes
         links[link, LINK_ROW["dof"] : LINK_ROW["dof"] + len(axes)] = dofs
-    sensors = _motion_sensors(tree, measurements, covariances, frames, numbers, links)
+    memory: Observations = {} if remembered is None else remembered
+    sensors = _motion_sensors(tree, measurements, covariances, frames, numbers, links, memory)
     plates = _wrenches(tree, measurements, covariances, frames, numbers, links)
     variance, mean = joint_information(tree, measurements, covariances, frames)
+    means = numbers.own(mean)
+    for which, sensor in enumerate(measurements):
+        if isinstance(sensor, JointAcceleration):
+            gain = variance / joint_variances(sensor, frames, tree.n_dof)
+            numbers.read(which, means, gain)
     settings = np.zeros(len(SETTINGS), dtype=np.int64)
     pairs, paths = _pairs(tree, sites)
     for name, number in {
@@ -150,7 +188,7 @@ def tables(
         "n_sites": len(sites),
         "n_pairs": len(pairs),
         "joint_variance": numbers.refer(variance),
-        "joint_mean": numbers.own(mean),
+        "joint_mean": means,
     }.items():
         settings[SETTING[name]] = number
     settings[SETTING["width"]] = numbers.width
@@ -166,9 +204,11 @@ def tables(
         pairs=pairs,
         paths=paths,
         settings=settings,
+        readings=tuple(numbers.readings),
     )
 
 
+@lru_cache(maxsize=8)
 def _fixed(tree: EstimationTree, covariances: ModelCovariances) -> Array:
     """Constants of the model alone."""
     out = np.zeros(GLOBAL_SIZE + tree.n_links * LINK_CONSTANTS_SIZE)
@@ -192,6 +232,7 @@ def _fixed(tree: EstimationTree, covariances: ModelCovariances) -> Array:
         flat = block.reshape(tree.n_links, -1)
         start = LINK_CONSTANTS[name]
         rows[:, start : start + flat.shape[1]] = flat
+    out.flags.writeable = False
     return out
 
 
@@ -202,25 +243,30 @@ def _motion_sensors(
     frames: int,
     numbers: _Numbers,
     links: IntArray,
+    remembered: Observations,
 ) -> IntArray:
     """Refers to what accelerometers tell; returns their rows, link by link."""
     prior = np.eye(6)[None] / covariances.acceleration_prior
     J = [prior] * tree.n_links
     rows: list[list[list[int]]] = [[] for _ in tree.link_names]
     nowhere = numbers.same(np.zeros(3))
-    for sensor in measurements:
+    for which, sensor in enumerate(measurements):
         if not isinstance(sensor, Accelerometer | AngularAcceleration):
             continue
         link = tree.link_names.index(sensor.link)
-        axes, r, C, weighted = observation(sensor, frames)
-        J[link] = J[link] + symmetric(weighted @ C)
-        spun = weighted if sensor.rotation is None else weighted @ transposed(axes)
+        if id(sensor) not in remembered:
+            axes, r, C, weighted = observation(sensor, frames)
+            spun = weighted if sensor.rotation is None else weighted @ transposed(axes)
+            information = symmetric(weighted @ C)
+            remembered[id(sensor)] = (sensor, r, weighted, spun, information)
+        _, r, weighted, spun, information = remembered[id(sensor)]
+        J[link] = J[link] + information
         rows[link].append(
             [
                 numbers.refer(weighted),
                 numbers.refer(spun),
                 nowhere if r is None else numbers.refer(r),
-                numbers.own(values(sensor, sensor.value, frames, 3)),
+                numbers.read(which, numbers.own(values(sensor, sensor.value, frames, 3))),
             ]
         )
     plain = numbers.same(prior[0])
@@ -252,9 +298,10 @@ def _wrenches(
     """Refers to what force sensors tell; returns the rows of plates, link by link."""
     noise: dict[int, Array] = {}
     summed: dict[int, Array] = {}
+    parts: dict[int, list[tuple[int, Array | None]]] = {}
     plates: list[list[list[int]]] = [[] for _ in tree.link_names]
     nothing = np.zeros((1, 6, 6))
-    for sensor in measurements:
+    for which, sensor in enumerate(measurements):
         if not isinstance(sensor, ForceTorque | FreeWrench):
             continue
         link = tree.link_names.index(sensor.link)
@@ -270,18 +317,21 @@ def _wrenches(
             place = point(sensor, sensor.position, frames)
             axes = turning(sensor, sensor.rotation, frames)
             own = [numbers.refer(part) for part in (axes, place, block)]
-            plates[link].append([*own, numbers.own(y)])
+            plates[link].append([*own, numbers.read(which, numbers.own(y))])
             continue
         carry = wrench_carrier(sensor, frames)
         if carry is not None:
             y, block = times(carry, y), symmetric(carry @ block @ transposed(carry))
         noise[link] = noise.get(link, nothing) + block
         summed[link] = summed[link] + y if link in summed else y
+        parts.setdefault(link, []).append((which, carry))
     untouched_block = numbers.same(untouched(covariances))
     for link in range(tree.n_links):
         spread = numbers.refer(noise[link]) if link in noise else untouched_block
         links[link, LINK_ROW["wrench_covariance"]] = spread
         mean = numbers.own(summed[link]) if link in summed else GLOBAL["zeros"]
+        for which, carry in parts.get(link, ()):
+            numbers.read(which, mean, carry)
         links[link, LINK_ROW["wrench"]] = mean
     return _in_turn(plates, links, "first_plate", "last_plate", PLATE_ROW_SIZE)
 
