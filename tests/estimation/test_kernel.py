@@ -66,7 +66,7 @@ def as_sensors(problem, monkeypatch):
     tree, frames = problem.tree, problem.s_hat.shape[0]
     own = [0] * tree.n_links
 
-    def numbers_of(tree, measurements, covariances, frames, numbers, links):
+    def numbers_of(tree, measurements, covariances, frames, numbers, links, _):
         rows, none = [], numbers.same(np.zeros(18))
         for link in range(tree.n_links):
             links[link, LINK_ROW["information"]] = numbers.refer(problem.J[link])
