@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from human.marker_recording import MarkerRecording, PlateForces
+from human.markers.errors import UnknownMarkerSetError
+from human.markers.recognise import recognise_marker_set
 from human.readers.c3d import read_c3d
 from human.readers.csv_motive import read_motive_csv
 from human.readers.csv_table import csv_header
@@ -36,6 +38,7 @@ class MarkerInspection:
         duration_s: from the first frame to the last.
         frames: of markers, or rows.
         markers: names.
+        marker_set: the known set that they are of, or None.
         unseen_frames: number of frames in which a marker was not seen, of those that have any.
         columns: of a table without plates.
         plates: names of the force plates.
@@ -67,6 +70,7 @@ class MarkerInspection:
     gaps: list[Gap]
     problems: list[Finding]
     notes: list[Finding]
+    marker_set: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the same as nested dictionaries and lists."""
@@ -115,7 +119,8 @@ def _of_columns(
 
 def _of_markers(read: MarkerRecording, kind: MarkerFormat) -> MarkerInspection:
     plates = read.plates
-    findings = read.report.findings + (plates.report.findings if plates else ())
+    marker_set, worn = _worn(read)
+    findings = (*read.report.findings, *(plates.report.findings if plates else ()), worn)
     return MarkerInspection(
         source=read.source, format=kind, sha256=read.digest, rate_hz=read.rate_hz,
         duration_s=float(read.time_s[-1] - read.time_s[0]), frames=read.frames,
@@ -125,7 +130,25 @@ def _of_markers(read: MarkerRecording, kind: MarkerFormat) -> MarkerInspection:
         channels=dict(read.report.channels),
         conversions=[*read.report.conversions, *(plates.report.conversions if plates else ())],
         gaps=list(read.report.gaps), problems=_serious(findings), notes=_others(findings),
+        marker_set=marker_set,
     )  # fmt: skip
+
+
+def _worn(read: MarkerRecording) -> tuple[str | None, Finding]:
+    """Says which known set the markers are of, and what is missing or not in it."""
+    try:
+        worn = recognise_marker_set(read.marker_names)
+    except UnknownMarkerSetError as error:
+        return None, Finding("marker-set", "note", "markers", str(error))
+    said = [f"{worn.marker_set.name}: {worn.marker_set.title}."]
+    for names, what in (
+        (worn.missing, "Bony points of the set that are not there"),
+        (worn.unknown, "Not in the set"),
+        (worn.results, "Results of other software"),
+    ):
+        if names:
+            said.append(f"{what}: {', '.join(names)}.")
+    return worn.marker_set.name, Finding("marker-set", "note", "markers", " ".join(said))
 
 
 def _of_table(table: OpenSimTable, digest: str) -> MarkerInspection:

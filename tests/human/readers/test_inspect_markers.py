@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from human.readers import UnknownFormatError, read_recording, write_bvh
@@ -33,6 +34,18 @@ def test_trc(tmp_path: Path) -> None:
     assert (found["format"], found["frames"], found["plates"]) == ("trc", 5, [])
     assert found["supported_mass_kg"] is None
     assert found["duration_s"] == pytest.approx(0.04)
+
+
+def test_the_marker_set_and_what_it_lacks_are_said(tmp_path: Path) -> None:
+    names = "LASI RASI LPSI RPSI LKNE RKNE LANK RANK LHEE box".split()
+    position = np.random.default_rng(1).uniform(1.0, 900.0, (len(names), FRAMES, 3))
+    found = inspect_file(write_c3d(tmp_path / "a.c3d", names=names, position=position)).to_dict()
+    assert found["marker_set"] == "cgm"
+    (said,) = (note["message"] for note in found["notes"] if note["code"] == "marker-set")
+    assert "RHEE" in said and "Not in the set: box." in said
+    found = inspect_file(write_c3d(tmp_path / "b.c3d")).to_dict()
+    assert found["marker_set"] is None
+    assert "mapping file" in next(n["message"] for n in found["notes"] if n["code"] == "marker-set")
 
 
 def test_tables_with_and_without_plates(tmp_path: Path) -> None:
