@@ -4,7 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimation import Accelerometer, ForceTorque, FreeWrench, JointAcceleration, Measurement
+from estimation import (
+    Accelerometer,
+    EstimationTree,
+    ForceTorque,
+    FreeWrench,
+    JointAcceleration,
+    Measurement,
+    ModelCovariances,
+)
 from estimation.spatial import cross, times, transposed
 from estimation.tree import real_tree
 from estimation.tree_kinematics import base_acceleration, link_accelerations, tree_kinematics
@@ -44,7 +52,10 @@ def moving_scene(
     accelerations = link_accelerations(tree, kinematics, base, a[:, 6:])
     hand = tree.link_names.index("RightHandCOM")
     pull = -load_kg * times(kinematics.rotation[hand], accelerations[hand, :, :3])
-    held = Wrench("RightHandCOM", pull)
+    # The load's centre is as far beside the hand's as the estimator is told.
+    free = FreeWrench("RightHandCOM")
+    twist = free.moment_sd * rng.normal(size=(frames, 3))
+    held = Wrench("RightHandCOM", pull, times(kinematics.rotation[hand], twist))
     needed = inverse_dynamics(model, q, v, a, [held])[:, :6]
     force = times(kinematics.rotation[0], needed[:, :3])
     moment = times(kinematics.rotation[0], needed[:, 3:])
@@ -52,7 +63,7 @@ def moving_scene(
     for link in feet.values():
         lever = kinematics.position[link] - kinematics.position[0]
         moment = moment - cross(lever, 0.5 * force)
-    sensors: list[Measurement] = [JointAcceleration(a[:, 6:], 0.05**2), FreeWrench("RightHandCOM")]
+    sensors: list[Measurement] = [JointAcceleration(a[:, 6:], 0.05**2), free]
     wrenches = [held]
     for name, link in feet.items():
         wrenches.append(Wrench(name, 0.5 * force, 0.5 * moment))
@@ -69,9 +80,22 @@ def moving_scene(
     return Scene(q, v, a, sensors, torque, load_kg)
 
 
-def noisy(scene: Scene, rng: np.random.Generator) -> list[Measurement]:
-    """Returns the readings with the noise that their covariances state."""
+def noisy(
+    scene: Scene, rng: np.random.Generator, tree: EstimationTree | None = None
+) -> list[Measurement]:
+    """Returns the readings with the noise that their covariances state.
+
+    With a tree, links that nothing touches are touched as lightly as the estimator takes them to
+    be: bands of what hangs from a joint without a load hold little else.
+    """
     out: list[Measurement] = []
+    if tree is not None:
+        stated = ModelCovariances()
+        sd = np.array([stated.untouched_force_sd] * 3 + [stated.untouched_moment_sd] * 3)
+        known = {getattr(sensor, "link", "") for sensor in scene.sensors if _is_wrench(sensor)}
+        for link in tree.link_names:
+            if link not in known:
+                out.append(ForceTorque(link, sd * rng.normal(size=(len(scene.q), 6)), sd**2))
     for sensor in scene.sensors:
         if isinstance(sensor, FreeWrench):
             out.append(sensor)
@@ -80,3 +104,7 @@ def noisy(scene: Scene, rng: np.random.Generator) -> list[Measurement]:
         sd = np.sqrt(np.asarray(sensor.covariance))
         out.append(replace(sensor, value=value + sd * rng.normal(size=value.shape)))
     return out
+
+
+def _is_wrench(sensor: Measurement) -> bool:
+    return isinstance(sensor, ForceTorque | FreeWrench)
