@@ -10,11 +10,10 @@ import numpy as np
 
 from estimation.errors import MeasurementError
 from estimation.plate_faults import mended_units, tared
-from estimation.plate_smoothing import resampled
+from estimation.plate_smoothing import resampled, smoothing_width_s
 from estimation.required_wrench import required_wrench
 from estimation.spatial import Array
 from human import HumanModel, Motion
-from human.differentiate import WINDOW_S
 from human.marker_recording import PlateForces
 
 #: Steps of the search, s.
@@ -26,6 +25,8 @@ _COMPARED = 0.15
 _LEAST_SD_S = 0.003
 #: A larger standard deviation than this, s, tells nothing.
 _MOST_SD_S = 0.025
+#: An offset is taken to differ from zero from so many standard deviations on.
+_SURE = 3.0
 #: Errors this far apart, s, have nothing to do with each other.
 _MEMORY_S = 0.25
 #: Another offset this far away, s, must leave this share of the movement more unexplained.
@@ -59,7 +60,7 @@ def align(
     plates: PlateForces,
     *,
     most_s: float = 0.5,
-    window_s: float = WINDOW_S,
+    window_s: float | None = None,
 ) -> ClockOffset:
     """Finds the offset at which plates and motion agree.
 
@@ -71,7 +72,8 @@ def align(
         motion: what they do, with accelerations.
         plates: as read.
         most_s: largest offset looked for, either way, s.
-        window_s: window that the accelerations were derived with, s; zero if measured.
+        window_s: window that the accelerations were derived with, s; zero if they were measured,
+            None takes what the motion's provenance says.
 
     Raises:
         MeasurementError: nothing to search, or no plates.
@@ -90,7 +92,7 @@ def align(
         )
     weight = 9.81 * model.total_mass_kg
     needed = required_wrench(model, motion)[:, :3] / weight
-    summed, clock = _sum_of_plates(plates, motion.time_s, weight, window_s)
+    summed, clock = _sum_of_plates(plates, weight, smoothing_width_s(motion, window_s))
     reach = round(most_s / _STEP_S)
     offsets: Array = _STEP_S * np.arange(-reach, reach + 1, dtype=np.float64)
     bias = np.zeros(3)
@@ -119,7 +121,7 @@ def align(
         other = float(offsets[dips][np.argmin(cost[dips])])
         return _untold(f"offsets of {estimated:+.3f} and {other:+.3f} s fit almost alike")
     told = f"plates' clock: {estimated:+.3f} s fits best (sd {sd:.3f} s)"
-    if abs(estimated) <= max(2.0 * sd, 0.5 * step):
+    if abs(estimated) <= max(_SURE * sd, 0.5 * step):
         return ClockOffset(0.0, estimated, sd, f"{told}, no different from zero; left as it is")
     return ClockOffset(estimated, estimated, sd, f"{told}; added to the plates' times")
 
@@ -128,19 +130,15 @@ def _untold(why: str) -> ClockOffset:
     return ClockOffset(0.0, None, None, f"plates' clock: cannot be told ({why}); taken as it is")
 
 
-def _sum_of_plates(
-    plates: PlateForces, at_s: Array, weight_n: float, window_s: float
-) -> tuple[Array, Array]:
+def _sum_of_plates(plates: PlateForces, weight_n: float, width_s: float) -> tuple[Array, Array]:
     """Returns the plates' sum over body weight, smoothed, on an even grid of their own clock."""
     mended, _, _ = mended_units(plates, weight_n, lambda _: np.inf)
     nobody = np.zeros(mended.force.shape[:2], dtype=np.bool_)
     mended, _, _ = tared(mended, weight_n, nobody)
-    step = float(np.median(np.diff(at_s))) if len(at_s) > 1 else 0.0
-    width = (np.floor(window_s / step + 1e-9) + 1.0) * step if window_s and step else 0.0
     count = max(2, int(np.ceil((mended.time_s[-1] - mended.time_s[0]) / _STEP_S)) + 1)
     clock = mended.time_s[0] + _STEP_S * np.arange(count)
     total = mended.force.sum(axis=1) / weight_n
-    return resampled(mended.time_s, total, clock, width), clock
+    return resampled(mended.time_s, total, clock, width_s), clock
 
 
 def _difference(summed: Array, clock: Array, at_s: Array, needed: Array) -> Array:

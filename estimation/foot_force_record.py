@@ -106,6 +106,9 @@ class FootForces:
         clock_offset_s: seconds added to the plates' times.
         assumed: what was assumed or mended, in words.
         findings: what does not fit, in words with times.
+        missing_n: ``(frames,)`` N, upward force that the motion needs and no plate bears: what a
+            chair, a handrail or the floor beside the plates does; a load in the hands makes it
+            negative. None where nobody worked it out.
     """
 
     time_s: Array
@@ -115,6 +118,7 @@ class FootForces:
     clock_offset_s: float
     assumed: tuple[str, ...]
     findings: tuple[str, ...]
+    missing_n: Array | None = None
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -131,4 +135,5 @@ class FootForces:
             self.clock_offset_s,
             self.assumed,
             self.findings,
+            None if self.missing_n is None else self.missing_n[frames],
         )

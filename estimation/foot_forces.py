@@ -22,14 +22,13 @@ from estimation.foot_force_record import (
 )
 from estimation.foot_wrenches import FootSums, sums_of_feet
 from estimation.plate_faults import lost, mended_units, runs, saturated, tared
-from estimation.plate_smoothing import resampled, uncovered
-from estimation.plate_stances import BOTH, NONE, LoadedTime, Standing, loaded_times
+from estimation.plate_smoothing import resampled, smoothing_width_s, uncovered
+from estimation.plate_stances import BOTH, NONE, LoadedTime, Standing, loaded_times, stood_on
 from estimation.required_wrench import required_wrench
 from estimation.soles import soles_of
 from estimation.spatial import Array
 from estimation.swapped_plates import distances_m, put_back
 from human import HumanModel, Motion
-from human.differentiate import WINDOW_S
 from human.marker_recording import PlateForces
 
 __all__ = [
@@ -47,6 +46,8 @@ Mask = NDArray[np.bool_]
 _MISSING_SHARE = 0.1
 #: A force this far outside of the sole it was given to is worth a sentence, m.
 _AWAY_M = 0.1
+#: Plates that bear more than needed by this share of the weight are worth a sentence.
+_TOO_HEAVY = 0.05
 #: A sole less than this inside of the plates hangs over their edge.
 _ON_PLATES = 0.85
 #: Standard deviations of a wrench of which nothing is known, N and N m.
@@ -66,7 +67,7 @@ def feet_from_plates(
     *,
     clock_offset_s: float = 0.0,
     assign: Mapping[str, str] | None = None,
-    window_s: float = WINDOW_S,
+    window_s: float | None = None,
     force_sd_n: float = 2.0,
     moment_sd_nm: float = 1.0,
 ) -> FootForces:
@@ -79,7 +80,8 @@ def feet_from_plates(
         clock_offset_s: seconds to add to the plates' times; `estimation.clocks.align` finds it.
         assign: plate name to ``right``, ``left`` or ``both``, where the caller knows better.
         window_s: full width of the window that the motion's accelerations were derived with, s;
-            forces are smoothed to match. Zero where accelerations were measured.
+            forces are smoothed to match. Zero where accelerations were measured; None takes what
+            the motion's provenance says.
         force_sd_n: noise of each component of a plate's force, N.
         moment_sd_nm: noise of each component of its moment about its own origin, N m.
 
@@ -108,9 +110,7 @@ def feet_from_plates(
     loads = loaded_times(plates, standing, assign)
     sums = sums_of_feet(plates, standing, loads, [limit, gone])
 
-    step = float(np.median(np.diff(motion.time_s))) if len(motion) > 1 else 0.0
-    # A window of n samples weighs as one n steps wide.
-    width = (np.floor(window_s / step + 1e-9) + 1.0) * step if window_s and step else 0.0
+    width = smoothing_width_s(motion, window_s)
     wrench = np.stack(
         [resampled(plates.time_s, sums.wrench[:, foot], motion.time_s, width) for foot in (0, 1)]
     )
@@ -134,10 +134,17 @@ def feet_from_plates(
     stances = tuple(load.record(plates) for load in loads)
     if width:
         assumed.append(
-            f"plates: smoothed over {width:.3g} s, as accelerations derived over {window_s:g} s are"
+            f"plates: smoothed over {width:.3g} s, as the motion's derived accelerations are"
         )
     return FootForces(
-        motion.time_s, right, left, stances, clock_offset_s, tuple(assumed), tuple(findings)
+        time_s=motion.time_s,
+        right=right,
+        left=left,
+        missing_n=missing,
+        stances=stances,
+        clock_offset_s=clock_offset_s,
+        assumed=tuple(assumed),
+        findings=tuple(findings),
     )
 
 
@@ -153,13 +160,10 @@ def _put_right(
 
     plates, assumed, findings = mended_units(plates, weight_n, from_feet)
     frame = np.clip(np.searchsorted(standing.time_s, plates.time_s), 0, len(standing.time_s) - 1)
-    over = np.zeros(plates.force.shape[:2], dtype=np.bool_)
-    for k, plate in enumerate(plates.plates):
-        if plate.corners is not None:
-            touched = np.any(
-                (standing.soles.share_inside([plate.corners]) > 0.0) & standing.down, axis=1
-            )
-            over[:, k] = touched[frame]
+    over = np.stack(
+        [np.any(stood_on(plates, k, standing)[frame], axis=1) for k in range(len(plates.plates))],
+        axis=1,
+    )
     plates, zeros, unchecked = tared(plates, weight_n, over)
     plates, exchanged = put_back(plates, standing)
     return plates, [*assumed, *zeros, *exchanged, *unchecked], findings
@@ -199,7 +203,7 @@ def _states(
             name = plates.plates[load.plate].name
             known = FootState.SHARED if load.foot == BOTH else FootState.MEASURED
             flat = during & standing.down[:, foot]
-            edge = np.any(flat) and float(np.mean(partly[flat, foot])) > 0.5
+            edge = bool(np.any(flat)) and float(np.mean(partly[flat, foot])) > 0.5
             if edge and float(np.mean(lacks[flat])) > 0.5:
                 known = FootState.UNMEASURED
                 findings.append(
@@ -211,7 +215,7 @@ def _states(
             state[foot, worse] = known
     frames_of = {FootState.SATURATED: sums.saturated, FootState.UNMEASURED: sums.lost}
     words = {FootState.SATURATED: "a plate at its limit", FootState.UNMEASURED: "samples lost"}
-    stands = (state > FootState.OFF_GROUND).T
+    stands: Mask = np.asarray(state > FootState.OFF_GROUND).T
     # A foot half on a plate accounts for what is missing meanwhile.
     lacks = lacks & ~np.any(state == FootState.UNMEASURED, axis=0)
     off_plates = standing.down & ~stands & lacks[:, None]
@@ -275,6 +279,12 @@ def _unexplained(time_s: Array, missing: Array, state: NDArray[np.intp]) -> list
     """Says where feet that are known all the same do not bear what the motion needs."""
     known = np.all(np.isin(state, USABLE), axis=0)
     findings = []
+    usual = float(np.median(missing[known])) if np.any(known) else 0.0
+    if usual < -_TOO_HEAVY:
+        findings.append(
+            f"plates: they bear {-100.0 * usual:.0f} % of the weight more than the motion needs, "
+            "by the median: a load is carried, or the body mass is too low"
+        )
     for start, end in runs(known & (missing > _MISSING_SHARE)):
         if time_s[end - 1] - time_s[start] >= 2.0 * _WORTH_SAYING_S:
             share = 100.0 * float(np.median(missing[start:end]))

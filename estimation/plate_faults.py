@@ -20,6 +20,8 @@ ENTER_N, LEAVE_N = 20.0, 5.0
 _ZERO_N, _ZERO_NM = 3.0, 3.0
 #: An unloaded plate reads less than this share of the body's weight; for so long at least, s.
 _UNLOADED_SHARE, _UNLOADED_S = 0.08, 0.1
+#: A foot that rests on a plate without bearing for longer than this, s, still stands on it.
+_IDLE_S = 0.2
 #: Kept away from both ends of an unloaded time: a foot comes and goes gently, s.
 _MARGIN_S = 0.05
 #: A limit counts where the force would have gone on by this share of it.
@@ -36,17 +38,29 @@ def runs(mask: Mask) -> list[tuple[int, int]]:
     )
 
 
-def loaded_runs(vertical_n: Array) -> list[tuple[int, int]]:
-    """Returns the runs in which a plate is stood on, with hysteresis.
+def loaded_runs(time_s: Array, vertical_n: Array, occupied: Mask) -> list[tuple[int, int]]:
+    """Returns the runs in which a plate is stood on and bears something, with hysteresis.
 
     Args:
+        time_s: ``(samples,)`` s.
         vertical_n: ``(samples,)`` N, positive upwards on the person.
+        occupied: ``(samples,)`` where a foot rests on it by its movement: it may bear next to
+            nothing for a while.
     """
-    return [
-        (start, end)
-        for start, end in runs(vertical_n > LEAVE_N)
-        if np.max(vertical_n[start:end]) > ENTER_N
-    ]
+    out = []
+    for start, end in runs((vertical_n > LEAVE_N) | occupied):
+        loads = [
+            (start + low, start + high)
+            for low, high in runs(vertical_n[start:end] > LEAVE_N)
+            if np.max(vertical_n[start + low : start + high]) > ENTER_N
+        ]
+        if not loads:
+            continue
+        # Movement tells a switch worse than force does: a little idleness at an end is none.
+        first, last = loads[0][0], loads[-1][1]
+        idle = time_s[[first, end - 1]] - time_s[[start, last - 1]] > _IDLE_S
+        out.append((start if idle[0] else first, end if idle[1] else last))
+    return out
 
 
 def mended_units(

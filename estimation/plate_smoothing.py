@@ -1,13 +1,18 @@
 """Plates onto the motion's frames, smoothed as the motion's accelerations are."""
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from estimation.spatial import Array
+from human import Motion
 
 #: Steps longer than this many usual ones are gaps: nothing is known inside.
 _GAP_FACTOR = 3.5
+#: How `human.motion_from_configurations` states the window in a motion's provenance.
+_STATED = r"local cubics, window ([\d.]+) s"
 
 
 def resampled(time_s: Array, values: Array, at_s: Array, window_s: float) -> Array:
@@ -41,6 +46,26 @@ def resampled(time_s: Array, values: Array, at_s: Array, window_s: float) -> Arr
     total = fftconvolve(inside, weights, mode="same")
     mean = fftconvolve(signal, weights[:, None], mode="same", axes=0) / total[:, None]
     return _interpolated(even, mean, at_s)
+
+
+def smoothing_width_s(motion: Motion, window_s: float | None) -> float:
+    """Returns how wide forces must be smoothed to match a motion's accelerations, s.
+
+    Args:
+        motion: the motion; its provenance names the window that it was differentiated with.
+        window_s: that window where the caller knows it; None reads the provenance.
+
+    Returns:
+        Zero where the accelerations were not derived. A window of n samples weighs as one that is n
+        steps wide.
+    """
+    if window_s is None:
+        stated = [re.search(_STATED, step) for step in motion.provenance.steps]
+        window_s = max((float(found[1]) for found in stated if found), default=0.0)
+    if not window_s or len(motion) < 2:
+        return 0.0
+    step = float(np.median(np.diff(motion.time_s)))
+    return (np.floor(window_s / step + 1e-9) + 1.0) * step
 
 
 def uncovered(time_s: Array, at_s: Array) -> NDArray[np.bool_]:

@@ -34,6 +34,8 @@ _NEITHER, _PAIR, _SWITCH, _MISPLACED, _IN_THE_AIR = 8.0, 1.0, 6.0, 4.0, 3.0
 _INDEPENDENT_S = 0.05
 #: A sole is on a plate from this share of it on.
 _ON_PLATE = 0.5
+#: Without corners, a plate reaches this far beyond where more than so many N entered, m.
+_REACH_M, _SURE_N = 0.1, 50.0
 #: Forces are smoothed over this time before their point of entry is looked at, s.
 _POINT_WINDOW_S = 0.04
 
@@ -112,22 +114,53 @@ def loaded_times(
                 f"got {plate!r}: {foot!r}"
             )
     out = []
+    nearest = np.searchsorted(
+        0.5 * (standing.time_s[1:] + standing.time_s[:-1]), plates.time_s, side="right"
+    )
     for k, name in enumerate(names):
-        vertical = plates.force[:, k, 2]
-        spans = [(plates.time_s[a], plates.time_s[b - 1]) for a, b in loaded_runs(vertical)]
+        on = stood_on(plates, k, standing)
+        occupied = on.any(axis=1)[nearest]
+        spans = loaded_runs(plates.time_s, plates.force[:, k, 2], occupied)
         point, bears = force_points(plates, k, standing.time_s)
         outside = standing.soles.outside_m(point)
-        cost = _costs(plates, k, standing, outside)
-        for start, end in spans:
-            frames = np.flatnonzero((standing.time_s >= start) & (standing.time_s <= end) & bears)
-            if not len(frames):
+        cost = _costs(standing, np.where(bears[:, None], outside, 0.0), on)
+        for first, last in spans:
+            start, end = plates.time_s[first], plates.time_s[last - 1]
+            frames = np.flatnonzero((standing.time_s >= start) & (standing.time_s <= end))
+            if not np.any(bears[frames]):
                 continue
             if assign and name in assign:
                 path = np.full(len(frames), FEET.index(assign[name]))
             else:
                 path = likeliest_path(cost[frames], _SWITCH * (1.0 - np.eye(len(FEET))))
-            out += _pieces(k, frames, path, (start, end), standing.time_s, outside, assign, name)
+            distance = np.where(bears[:, None], outside, np.nan)
+            given = bool(assign) and name in (assign or {})
+            out += _pieces(k, frames, path, (start, end), standing.time_s, distance, given)
     return sorted(out, key=lambda load: (load.start_s, load.plate))
+
+
+def stood_on(plates: PlateForces, k: int, standing: Standing) -> Mask:
+    """Returns when a standing foot is on a plate ``(frames, 2)``, whether or not it bears.
+
+    Of a plate whose corners are not known each foot knows what forces entered under it.
+    """
+    area = plates.plates[k].corners
+    if area is not None:
+        return np.asarray(standing.down & (standing.soles.share_inside([area]) >= _ON_PLATE))
+    point, bears = force_points(plates, k, standing.time_s, _SURE_N)
+    outside = standing.soles.outside_m(point)
+    on = np.zeros_like(standing.down)
+    for foot in (0, 1):
+        under = (
+            bears & (outside[:, foot] < _SOLE_MARGIN_M) & (outside[:, 1 - foot] > _SOLE_MARGIN_M)
+        )
+        if np.any(under):
+            low, high = np.percentile(point[under], (2, 98), axis=0)
+            (x0, y0), (x1, y1) = low - _REACH_M, high + _REACH_M
+            area = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+            inside = standing.soles.share_inside([area])[:, foot] >= _ON_PLATE
+            on[:, foot] = standing.down[:, foot] & inside
+    return on
 
 
 def force_points(
@@ -149,7 +182,7 @@ def force_points(
     return np.stack([x, y], axis=-1), bears
 
 
-def _costs(plates: PlateForces, k: int, standing: Standing, outside: Array) -> Array:
+def _costs(standing: Standing, outside: Array, on: Mask) -> Array:
     """Returns what each state of a plate costs at each frame, ``(frames, 4)``."""
     away = np.minimum(0.5 * (np.maximum(outside - _SOLE_MARGIN_M, 0.0) / _SOLE_SD_M) ** 2, _MOST)
     height = standing.soles.corners[..., 2].min(axis=2) - standing.floor_m
@@ -158,13 +191,9 @@ def _costs(plates: PlateForces, k: int, standing: Standing, outside: Array) -> A
     cost = np.full((len(outside), len(FEET)), _NEITHER)
     cost[:, :2] = away[:, :2] + lifted
     cost[:, BOTH] = away[:, 2] + lifted.sum(axis=1) + _PAIR
-    corners = plates.plates[k].corners
-    if corners is not None:
-        on = standing.soles.share_inside([corners]) >= _ON_PLATE
-        stands = on & standing.down
-        cost[:, 0] += _MISPLACED * stands[:, 1]
-        cost[:, 1] += _MISPLACED * stands[:, 0]
-        cost[:, BOTH] += _MISPLACED * np.any(~on, axis=1)
+    cost[:, 0] += _MISPLACED * on[:, 1]
+    cost[:, 1] += _MISPLACED * on[:, 0]
+    cost[:, BOTH] += _MISPLACED * np.any(~on, axis=1)
     step = float(np.median(np.diff(standing.time_s))) if len(standing.time_s) > 1 else 1.0
     return cost * min(1.0, step / _INDEPENDENT_S)
 
@@ -176,8 +205,7 @@ def _pieces(
     span: tuple[float, float],
     time_s: Array,
     outside: Array,
-    assign: Mapping[str, str] | None,
-    name: str,
+    given: bool,
 ) -> list[LoadedTime]:
     """Cuts one load where the foot changes; the outer ends are the force's own."""
     cuts = np.flatnonzero(np.diff(path)) + 1
@@ -188,9 +216,8 @@ def _pieces(
     ):
         foot = int(path[part[0]])
         there = outside[frames[part]]
-        distance = there.min(axis=1) if foot == NONE else there[:, foot]
-        given = bool(assign) and name in (assign or {})
-        out.append(
-            LoadedTime(plate, foot, float(start), float(end), float(np.median(distance)), given)
-        )
+        there = there[np.isfinite(there[:, 0])]
+        away = there.min(axis=1) if foot == NONE else there[:, foot]
+        distance = float(np.median(away)) if len(away) else 0.0
+        out.append(LoadedTime(plate, foot, float(start), float(end), distance, given))
     return out
