@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from devtools.browser import find_browser
 from devtools.checkout import Checkout
 from devtools.commands import Stop, ask, call
+from devtools.kernel import compile_kernel
 from devtools.torch_build import torch_commands
 from devtools.web import build_web, prepare_web
 
@@ -22,6 +23,7 @@ WHICH_PYTHON = "import sys; print('{}.{}'.format(*sys.version_info[:2]), sys.bas
 def set_up(checkout: Checkout, *, tests: bool = False) -> None:
     """Prepares all that serving needs; with ``tests``, the tests' tools and browser too."""
     set_up_tools(checkout, tests=tests)
+    compile_kernel(checkout)
     build_web(checkout)
     if tests:
         checkout.step("browser", which_python(), [], lambda: find_browser(checkout))
