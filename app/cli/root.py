@@ -8,6 +8,7 @@ import sys
 import typer
 
 from app.cli import assess as _assess
+from app.cli import benchmark as _benchmark
 from app.cli import demo as _demo
 from app.cli import estimate as _estimate
 from app.cli import inspect as _inspect
@@ -25,7 +26,17 @@ cli = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for command in (_inspect, _estimate, _train, _assess, _score, _worksheet, _demo, _serve):
+for command in (
+    _inspect,
+    _estimate,
+    _train,
+    _benchmark,
+    _assess,
+    _score,
+    _worksheet,
+    _demo,
+    _serve,
+):
     command.register(cli)
 
 
