@@ -35,8 +35,8 @@ class MarkerInspection:
         format: ``c3d``, ``trc``, ``opensim-table``, ``motive-csv``, ``csv`` or ``mat``.
         sha256: of the file.
         rate_hz: nominal, of the markers or of the table; None for a single row.
-        duration_s: from the first frame to the last.
-        frames: of markers, or rows.
+        duration_s: from the first frame to the last; None for columns without their map.
+        frames: of markers, or rows; None for columns without their map.
         markers: names.
         marker_set: the known set that they are of, or None.
         unseen_frames: number of frames in which a marker was not seen, of those that have any.
@@ -56,8 +56,8 @@ class MarkerInspection:
     format: MarkerFormat
     sha256: str
     rate_hz: float | None
-    duration_s: float
-    frames: int
+    duration_s: float | None
+    frames: int | None
     markers: list[str]
     unseen_frames: dict[str, int]
     columns: list[str]
@@ -110,7 +110,7 @@ def _of_columns(
         "What the columns hold is said in a column map, a JSON file read together with this one.",
     )  # fmt: skip
     return MarkerInspection(
-        source=source, format=kind, sha256=digest, rate_hz=None, duration_s=0.0, frames=0,
+        source=source, format=kind, sha256=digest, rate_hz=None, duration_s=None, frames=None,
         markers=[], unseen_frames={}, columns=columns, plates=[], plate_rate_hz=None,
         supported_mass_kg=None, events=[], channels={"columns": len(columns)}, conversions=[],
         gaps=[], problems=[], notes=[said],

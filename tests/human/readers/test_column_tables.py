@@ -166,6 +166,7 @@ def test_matrices_wrenches_and_accelerometers_of_a_log(tmp_path: Path) -> None:
     ):
         log.to_motion(generate_model(Subject(1.7, 70.0)))
     inspected = inspect_file(tmp_path / "log.mat")
+    assert inspected.frames is None
     assert (inspected.format, inspected.columns) == (
         "mat", ["joints.q", "sensors.acc", "sensors.fts"],
     )  # fmt: skip
