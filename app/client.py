@@ -197,6 +197,60 @@ class Client:
         """Sends a recording."""
         return self._upload("/v1/recordings", Path(path), "application/octet-stream")
 
+    def add_file(self, recording_id: str, role: str, path: str | Path) -> dict[str, Any]:
+        """Adds a file to a recording.
+
+        Args:
+            recording_id: The recording of the motion.
+            role: ``static``, ``grf``, ``static_grf``, ``marker_set`` or ``columns``.
+            path: The file.
+        """
+        where = f"/v1/recordings/{recording_id}/files"
+        return self._upload(where, Path(path), "application/octet-stream", role=role)
+
+    def estimate(
+        self,
+        recording_id: str,
+        progress: Callable[[dict[str, Any]], None] | None = None,
+        **options: Any,
+    ) -> dict[str, Any]:
+        """Estimates a recording and waits for the summary.
+
+        Args:
+            recording_id: The recording, with the files that were added to it.
+            progress: Called with the operation each time it has moved.
+            options: The other fields of ``POST /v1/estimates``, such as ``height_m``.
+
+        Raises:
+            RequestRejected: The request is malformed.
+            OperationFailed: The work ended without a result.
+        """
+        body = {"recording_id": recording_id, **options}
+        operation = self._send("POST", "/v1/estimates", json=body).json()
+        return self._get(self.wait(operation["id"], progress)["result_url"])
+
+    def estimates(self) -> list[dict[str, Any]]:
+        """Lists estimates, newest first."""
+        return list(self._get("/v1/estimates")["items"])
+
+    def series(
+        self,
+        estimate_id: str,
+        columns: Sequence[str],
+        start_s: float | None = None,
+        end_s: float | None = None,
+    ) -> dict[str, list[Any]]:
+        """Returns columns of an estimate over some time; None where a value cannot be told."""
+        query = {"columns": ",".join(columns), "start": start_s, "end": end_s}
+        given = {key: value for key, value in query.items() if value is not None}
+        response = self._send("GET", f"/v1/estimates/{estimate_id}/series", params=given)
+        return dict(response.json()["columns"])
+
+    def save_series(self, estimate_id: str, path: str | Path) -> None:
+        """Writes an estimate's whole time series to a Parquet file."""
+        response = self._send("GET", f"/v1/estimates/{estimate_id}/series.parquet")
+        Path(path).write_bytes(response.content)
+
     def score(self, recording_id: str, **options: Any) -> dict[str, Any]:
         """Scores a recording; ``options`` are the other fields of ``POST /v1/scores``."""
         body = {"recording_id": recording_id, **options}
@@ -238,12 +292,12 @@ class Client:
     def _get(self, path: str) -> dict[str, Any]:
         return dict(self._send("GET", path).json())
 
-    def _upload(self, path: str, file: Path, kind: str) -> dict[str, Any]:
+    def _upload(self, path: str, file: Path, kind: str, **query: str) -> dict[str, Any]:
         with file.open("rb") as stream:
             response = self._send(
                 "POST",
                 path,
-                params={"name": file.name},
+                params={"name": file.name, **query},
                 content=iter(lambda: stream.read(1 << 20), b""),
                 headers={"Content-Type": kind},
             )

@@ -199,7 +199,8 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
         _windows=windows,
     )
     body.fit.update(fitted.diagnostics.summary())
-    body.say(*recording.report.conversions, *fitted.diagnostics.notes)
+    body.fit["conversions"] = list(recording.report.conversions)
+    body.say(*fitted.diagnostics.notes)
     if take.static is not None:
         body.say(f"{take.static.name} is not used: {recording.format} has a skeleton of its own")
     return body
@@ -248,7 +249,8 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
         plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
         _windows=windows,
     )
-    out.say(*recording.report.conversions, *body.notes)
+    out.fit["conversions"] = list(recording.report.conversions)
+    out.say(*body.notes)
     if take.static is None:
         out.say("the person was scaled from the motion itself: no static trial was given")
     return out

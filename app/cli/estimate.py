@@ -133,7 +133,6 @@ def estimate(
         faults = faults_of_validation(error.errors())
         raise InvalidRequest("What was given cannot be.", faults) from error
     takes = takes_of(files, marker_set, columns)
-    page = console()
     answers: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as scratch, progress_bar(as_json) as bar:
         for number, take in enumerate(takes):
@@ -150,7 +149,7 @@ def estimate(
                 write_json(folder / "summary.json", summary)
             answers.append(summary)
             if not as_json:
-                _print(page, summary)
+                print_summary(summary)
     if as_json:
         print_json(answers if len(answers) > 1 else answers[0])
 
@@ -203,7 +202,9 @@ def _written(folder: Path, summary: dict[str, Any]) -> dict[str, str | None]:
     return written
 
 
-def _print(page: Any, summary: dict[str, Any]) -> None:
+def print_summary(summary: dict[str, Any]) -> None:
+    """Prints a summary for people."""
+    page = console()
     page.print(facts(summary["source"], _in_short(summary)))
     if summary["holds"]:
         page.print(_holds(summary["holds"]))
@@ -284,8 +285,9 @@ def _feet_in_short(summary: dict[str, Any]) -> dict[str, Any]:
     ]
     clock = feet["clock"]
     if clock is not None:
-        sd = "" if clock["sd_s"] is None else f" ± {1e3 * clock['sd_s']:.0f}"
-        lines["clocks"] = f"{1e3 * clock['offset_s']:.0f}{sd} ms ({clock['from']})"
+        lines["clocks"] = clock["from"]
+        if clock["from"] == "given":
+            lines["clocks"] = f"{1e3 * clock['offset_s']:.0f} ms added to the plates' (given)"
     return lines
 
 
@@ -301,18 +303,22 @@ def _span(band: dict[str, Any]) -> str:
 def _holds(holds: list[dict[str, Any]]) -> Table:
     table = Table(title="Payload by hold", title_justify="left", box=None)
     for title in ("from [s]", "to [s]", "hands", "kg", "5 to 95 %", "vertical", "norm", "each"):
-        table.add_column(title, justify="right")
+        table.add_column(title, justify="right", no_wrap=True)
     for hold in holds:
         by = hold["by_definition_kg"]
         split = hold["split_kg"]
         table.add_row(
             f"{hold['start_s']:.2f}", f"{hold['end_s']:.2f}",
-            hold["state"] if hold["state"] == "free" else " + ".join(hold["hands"]),
+            hold["state"] if hold["state"] == "free" else _which(hold["hands"]),
             f"{hold['mass_kg']['p50']:.2f}", _span(hold["mass_kg"]),
             *(f"{by[name]['p50']:.2f}" if name in by else "–" for name in ("vertical", "norm")),
-            "only the sum" if split is None and len(hold["hands"]) > 1 else show(split),
+            "sum only" if split is None and len(hold["hands"]) > 1 else show(split),
         )  # fmt: skip
     return table
+
+
+def _which(hands: list[str]) -> str:
+    return "both" if len(hands) == 2 else "".join(hands)
 
 
 def _efforts(efforts: list[dict[str, Any]], most: int = 8) -> Table:

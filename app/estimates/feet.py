@@ -9,7 +9,7 @@ import numpy as np
 from app.estimates.schemas import EstimateOptions
 from app.fitting import BodyInMotion, joined
 from app.problems import InvalidRequest
-from estimation import FootForces, PlateStance, feet_from_plates
+from estimation import FootForces, PlateStance, align, feet_from_plates
 from human import Motion
 from human.marker_recording import PlateForces
 
@@ -106,15 +106,14 @@ class FeetOfTake:
         if self.body.plates_from == self.body.source:
             self.clock = {"offset_s": 0.0, "sd_s": None, "from": "one file, one clock"}
             return 0.0
-        from estimation.clocks import align
-
-        found = align(self.body.model, motion, plates)
+        part = _of_time(plates, float(motion.time_s[0]) - 1.0, float(motion.time_s[-1]) + 1.0)
+        found = align(self.body.model, motion, part, window_s=self.body.differentiated_over_s)
         self.clock = {
-            "offset_s": round(float(found.offset_s), 4),
-            "sd_s": None if found.sd_s is None else round(float(found.sd_s), 4),
-            "from": "motion and forces",
+            "offset_s": round(found.offset_s, 4),
+            "sd_s": None if found.sd_s is None else round(found.sd_s, 4),
+            "from": found.words,
         }
-        return float(found.offset_s)
+        return found.offset_s
 
     def _remember(self, forces: FootForces, start_s: float, end_s: float) -> None:
         for stance in forces.stances:

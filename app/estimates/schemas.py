@@ -1,8 +1,8 @@
 """What a client asks of an estimate, and what it gets."""
 
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 Side = Literal["right", "left"]
 
@@ -36,11 +36,12 @@ class EstimateOptions(BaseModel):
     #: Findings of the recording (codes) to go on in spite of, such as ``sides``.
     accept: list[str] = []
 
-    @model_validator(mode="after")
-    def _tare_goes_forward(self) -> Self:
-        if self.tare_s is not None and not self.tare_s[0] < self.tare_s[1]:
-            raise ValueError("tare_s: expected the start before the end, in seconds")
-        return self
+    @field_validator("tare_s")
+    @classmethod
+    def _forward(cls, tare_s: tuple[float, float] | None) -> tuple[float, float] | None:
+        if tare_s is not None and not tare_s[0] < tare_s[1]:
+            raise ValueError("expected the start before the end, in seconds")
+        return tare_s
 
 
 class EstimateRequest(EstimateOptions):

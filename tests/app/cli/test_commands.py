@@ -8,28 +8,10 @@ from typing import Any
 
 import pytest
 
-from app.cli import main
 from app.files import write_json
 from prediction import load_model
+from tests.app.cli.running import Capture, failed, run
 from tests.app.conftest import Scene
-
-Capture = pytest.CaptureFixture[str]
-
-
-def run(*arguments: object) -> int:
-    """Runs the command line and returns its exit code."""
-    with pytest.raises(SystemExit) as ended:
-        main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0)
-
-
-def failed(capsys: Capture, *arguments: object) -> str:
-    """Runs a command that must fail over its input; returns what it said."""
-    assert run(*arguments) == 2
-    captured = capsys.readouterr()
-    assert "Traceback" not in captured.err
-    assert captured.out == ""
-    return captured.err
 
 
 def test_inspect_for_people_and_machines(bvh: Path, capsys: Capture) -> None:
