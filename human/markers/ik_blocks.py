@@ -23,7 +23,7 @@ from human.markers.ik_priors import (
     trusting,
 )
 from human.markers.ik_solve import MarkerProblem, Solved, solve, spreads
-from human.markers.ik_start import start_poses, within_reach
+from human.markers.ik_start import start_poses
 from human.markers.ik_system import MarkerSystem
 from human.model import BASE_NQ, BASE_NV, Array, IntArray
 
@@ -188,17 +188,9 @@ def _fit_block(plan: FitPlan, start: int) -> RawBlock:
     if len(doubtful):
         alone = _solve_alone(problem, marker[doubtful], seen[doubtful])
         solved = _better(solved, alone, doubtful, -1e-6 * solved.cost[doubtful])
-    # A joint at its limit may have room in the other triple of angles of the same rotation.
-    other_way, limited = _in_reach(problem, solved.q)
-    if len(limited):
-        other = solve(
-            problem, other_way[limited], marker[limited], seen[limited], no_pull(len(limited), free)
-        )
-        solved = _better(solved, other, limited, np.zeros(len(limited)))
     # With few markers left two postures may look alike: the one that does not jump is meant.
     usual = _median(solved.q)
-    away = np.max(np.abs(solved.q - usual)[:, BASE_NQ:], axis=1)
-    jumping = np.flatnonzero(away > _JUMP_RAD)
+    jumping = np.flatnonzero(_stray(problem, solved.q, usual) > _JUMP_RAD)
     if len(jumping):
         calm = solve(
             problem, usual[jumping], marker[jumping], seen[jumping], no_pull(len(jumping), free)
@@ -214,29 +206,25 @@ def _solve_alone(problem: MarkerProblem, marker: Array, seen: Array) -> Solved:
     return solve(problem, q, marker, seen, no_pull(len(q), len(system.free)))
 
 
-def _in_reach(problem: MarkerProblem, q: Array) -> tuple[Array, IntArray]:
-    """Takes for each joint beyond its limits the triple of angles that is less so.
-
-    Returns:
-        Configurations, and the frames that changed.
-    """
-    model, out = problem.system.model, q.copy()
-    for joint in range(len(model.joint_names)):
-        dofs = model.joint_dofs(joint)
-        lower, upper = model.lower[dofs], model.upper[dofs]
-        angles = q[:, BASE_NQ + dofs]
-        beyond = np.any((angles <= lower) | (angles >= upper), axis=1)
-        if model.dof_axes[dofs].tolist() == [0, 1, 2] and np.any(beyond):
-            chosen = within_reach(angles[beyond], lower, upper)
-            out[np.ix_(beyond, BASE_NQ + dofs)] = chosen
-    return out, np.flatnonzero(np.any(np.abs(out - q) > 1e-9, axis=1))
-
-
 def _median(q: Array) -> Array:
     """Returns configurations with each angle the median of the frames around; the base as it is."""
     out = q.copy()
     out[:, BASE_NQ:] = median_filter(q[:, BASE_NQ:], size=(_JUMP_FRAMES, 1), mode="nearest")
     return out
+
+
+def _stray(problem: MarkerProblem, q: Array, usual: Array) -> Array:
+    """Returns the largest difference ``(B,)`` rad of any angle.
+
+    The outer two of three angles count by the cosine of the middle one: near 90 degrees they swing.
+    """
+    model = problem.system.model
+    away = np.abs(q - usual)[:, BASE_NQ:]
+    for joint in range(len(model.joint_names)):
+        dofs = model.joint_dofs(joint)
+        if len(dofs) == 3:
+            away[:, dofs[[0, 2]]] *= np.abs(np.cos(q[:, BASE_NQ + dofs[[1]]]))
+    return np.asarray(np.max(away, axis=1))
 
 
 def _better(solved: Solved, other: Solved, frames: IntArray, more: Array) -> Solved:

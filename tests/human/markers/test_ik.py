@@ -109,7 +109,7 @@ def test_a_short_loss_is_carried_over_and_a_longer_one_said(body, q, shown) -> N
         away = [k for k, n in enumerate(fitted.model.dof_names) if "Hip" in n or "jLeft" in n]
         away = [k for k in away if "BallFoot" not in fitted.model.dof_names[k]]
         assert not np.any(fitted.held[:, away])
-        assert np.max(error_rad(fitted, q, away)) < 1e-4
+        assert np.max(error_rad(fitted, q, away)) < 1e-3
         if flag == "bridged":
             assert np.max(error) < np.deg2rad(3.0)
             assert any("Carried over" in note for note in fitted.notes)
