@@ -16,8 +16,9 @@ from human.readers.axes import UNITS_M
 from human.readers.errors import MalformedRecordingError, UnsafeRecordingError
 
 _LARGEST_BYTES = 1 << 22
-_KEYS = ("time", "rate_hz", "time_unit", "up", "units", "markers", "joints", "base", "plates",
-         "accelerometers", "wrenches", "delimiter", "decimal", "header_line")  # fmt: skip
+_KEYS = ("time", "rate_hz", "time_unit", "up", "units", "markers", "joints", "base", "standing_on",
+         "plates", "accelerometers", "wrenches", "delimiter", "decimal",
+         "header_line")  # fmt: skip
 #: What one unit of the file is in SI units, by kind.
 _UNITS: Mapping[str, Mapping[str, float]] = {
     "length": UNITS_M,
@@ -33,9 +34,12 @@ Columns = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class JointColumns:
-    """Columns of one joint's angle and, where logged, of its rate and acceleration."""
+    """Columns of one joint's angle and, where logged, of its rate and acceleration.
 
-    position: str
+    A number instead of a column is an angle that the joint keeps.
+    """
+
+    position: str | float
     velocity: str | None = None
     acceleration: str | None = None
 
@@ -64,6 +68,7 @@ class ColumnMap:
         markers: columns of each marker, or a pattern with ``{name}`` and ``{axis}``.
         joints: by name.
         base: seven columns, or None.
+        standing_on: segment that stays where it is, level, and its place (m, z up), or None.
         plates: by name.
         accelerometers: frame and columns, by name.
         wrenches: frame and six columns, by name.
@@ -82,6 +87,7 @@ class ColumnMap:
     markers: Mapping[str, Columns] | str | None = None
     joints: Mapping[str, JointColumns] = field(default_factory=dict)
     base: Columns | None = None
+    standing_on: tuple[str, tuple[float, ...]] | None = None
     plates: Mapping[str, PlateColumns] = field(default_factory=dict)
     accelerometers: Mapping[str, tuple[str, Columns]] = field(default_factory=dict)
     wrenches: Mapping[str, tuple[str, Columns]] = field(default_factory=dict)
@@ -111,7 +117,8 @@ class ColumnMap:
             for columns in self.markers.values():
                 yield from columns
         for joint in self.joints.values():
-            yield from (c for c in (joint.position, joint.velocity, joint.acceleration) if c)
+            named = (joint.position, joint.velocity, joint.acceleration)
+            yield from (column for column in named if isinstance(column, str))
         yield from self.base or ()
         for plate in self.plates.values():
             yield from (*plate.force, *plate.moment, *(plate.point or ()))
@@ -124,9 +131,11 @@ def read_column_map(path: Path) -> ColumnMap:
 
     ``time`` (a column) or ``rate_hz``; ``up``; ``units`` by kind (length, angle, force, moment,
     acceleration); ``markers``: ``{"RASI": ["RASI_x", "RASI_y", "RASI_z"]}`` or one pattern such as
-    ``"{name}_{axis}"``; ``joints``: name to column, or to ``position``, ``velocity``,
-    ``acceleration``; ``base``: seven columns, position and quaternion xyzw; ``plates``: ``force``
-    and ``moment`` with the ``origin`` that it is taken about, or with the ``point`` of application;
+    ``"{name}_{axis}"``; ``joints``: name to column, to ``position``, ``velocity``,
+    ``acceleration``, or to the angle that it keeps; ``base``: seven columns, position and
+    quaternion xyzw; without it ``standing_on``: a ``segment`` that stays level at a ``position``
+    (m, z up); ``plates``: ``force`` and ``moment`` with the ``origin`` that it is taken about, or
+    with the ``point`` of application;
     ``accelerometers``: ``columns`` and ``frame``; ``wrenches``: ``force``, ``moment``, ``frame``.
 
     Raises:
@@ -186,6 +195,7 @@ class _Reader:
             joints={n: self._joint(v, f"joints, {n}") for n, v in
                     self._object(found.get("joints", {}), "joints").items()},
             base=self._base(found.get("base")),
+            standing_on=self._standing(found.get("standing_on"), "base" in found),
             plates={n: self._plate(v, f"plates, {n}") for n, v in
                     self._object(found.get("plates", {}), "plates").items()},
             accelerometers={
@@ -196,7 +206,7 @@ class _Reader:
                       self._object(found.get("wrenches", {}), "wrenches").items()},
             delimiter=delimiter, decimal=decimal, header_line=header,
         )  # fmt: skip
-        if not (out.markers or out.joints or out.plates or out.accelerometers or out.wrenches):
+        if out.markers is None and set(out.columns()) <= {out.time}:
             self._refuse(
                 "column map", "markers, joints, plates, accelerometers or wrenches", "none"
             )
@@ -235,11 +245,13 @@ class _Reader:
     def _joint(self, value: Any, place: str) -> JointColumns:
         if isinstance(value, str):
             return JointColumns(self._text(value, place))
+        if isinstance(value, int | float) and math.isfinite(value):
+            return JointColumns(float(value))
         keys = ("position", "velocity", "acceleration")
         found = {k: self._text(v, place) for k, v in self._object(value, place, keys).items()}
         if "position" not in found:
             self._refuse(place, "a column for the position", value)
-        return JointColumns(**found)
+        return JointColumns(found["position"], found.get("velocity"), found.get("acceleration"))
 
     def _base(self, value: Any) -> Columns | None:
         if value is None:
@@ -255,18 +267,30 @@ class _Reader:
         point, origin = found.get("point"), found.get("origin")
         if (point is None) == (origin is None):
             self._refuse(place, "either the origin or the columns of the point", value)
-        if origin is not None and not (
-            isinstance(origin, list)
-            and len(origin) == 3
-            and all(isinstance(x, int | float) and math.isfinite(x) for x in origin)
-        ):
-            self._refuse(f"{place}, origin", "three numbers", origin)
         return PlateColumns(
             force=self._columns(found.get("force"), f"{place}, force", 3),
             moment=self._columns(found.get("moment"), f"{place}, moment", 3),
             point=None if point is None else self._columns(point, f"{place}, point", 3),
-            origin=None if origin is None else tuple(map(float, origin)),
+            origin=None if origin is None else self._numbers(origin, f"{place}, origin"),
         )
+
+    def _numbers(self, value: Any, place: str) -> tuple[float, ...]:
+        if not (
+            isinstance(value, list)
+            and len(value) == 3
+            and all(isinstance(x, int | float) and math.isfinite(x) for x in value)
+        ):
+            self._refuse(place, "three numbers", value)
+        return tuple(map(float, value))
+
+    def _standing(self, value: Any, with_base: bool) -> tuple[str, tuple[float, ...]] | None:
+        if value is None:
+            return None
+        found = self._object(value, "standing_on", ("segment", "position"))
+        if with_base:
+            self._refuse("standing_on", "either it or the base", "both")
+        position = self._numbers(found.get("position"), "standing_on, position")
+        return self._text(found.get("segment"), "standing_on, segment"), position
 
     def _accelerometer(self, value: Any, place: str) -> tuple[str, Columns]:
         found = self._object(value, place, ("columns", "frame"))

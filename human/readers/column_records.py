@@ -221,7 +221,8 @@ def _joints(
     radian = columns.unit("angle") if columns.joints else 1.0
     states: list[Array | None] = []
     for quantity in ("position", "velocity", "acceleration"):
-        named = [getattr(joint, quantity) for joint in columns.joints.values()]
+        moving = [j for j in columns.joints.values() if isinstance(j.position, str)]
+        named = [getattr(joint, quantity) for joint in moving]
         if any(named) and not all(named):
             raise MalformedRecordingError(
                 f"{columns.source}, joints", f"a {quantity} of every joint or of none", "some"
@@ -229,16 +230,19 @@ def _joints(
         states.append(radian * table.whole(tuple(named)) if any(named) else None)
     position, velocity, acceleration = states
     findings = [] if position is None or velocity is None else _rates(position, velocity, time_s)
+    kept = {n: radian * j.position for n, j in columns.joints.items()
+            if not isinstance(j.position, str)}  # fmt: skip
     if columns.accelerometers:
         columns.unit("acceleration")
     if columns.wrenches:
         columns.unit("force")
     return JointLog(
         source=table.source, format=kind, time_s=time_s, rate_hz=rate,
-        joint_names=tuple(columns.joints),
+        joint_names=tuple(name for name in columns.joints if name not in kept), kept=kept,
         position=np.zeros((len(time_s), 0)) if position is None else position,
         velocity=velocity, acceleration=acceleration,
         base=None if columns.base is None else _base(table, columns, axes),
+        standing_on=columns.standing_on,
         accelerometers={
             name: LoggedVector(frame, columns.units["acceleration"] * table.whole(names))
             for name, (frame, names) in columns.accelerometers.items()

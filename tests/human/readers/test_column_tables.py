@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import savemat
 
-from human import RecordingError, Subject, generate_model
+from human import RecordingError, Subject, forward_kinematics, generate_model
 from human.readers import (
     MalformedRecordingError,
     RecordingFileError,
@@ -132,6 +132,34 @@ def test_a_joint_log_becomes_a_motion_that_says_what_it_assumed(tmp_path: Path) 
     assert set(motion.provenance.assumed) == {"joints", "base"} and motion.base == "fixed"
 
 
+def test_who_stands_on_the_floor_needs_no_base(tmp_path: Path) -> None:
+    joints = {
+        "jRightKnee_roty": "-knee", "jLeftKnee_roty": "-knee", "jRightAnkle_roty": "knee",
+        "jLeftAnkle_roty": "knee", "jRightShoulder_rotx": 90,
+    }  # fmt: skip
+    standing = {"segment": "RightFoot", "position": [0.2, -0.1, 0.07]}
+    changes = {"markers": None, "plates": None, "joints": joints, "standing_on": standing}
+    path = write_csv(tmp_path / "a.csv", table())
+    log = read_table(path, write_map(tmp_path / "m.json", **changes)).joints
+    assert log is not None
+    model = generate_model(Subject(1.7, 70.0))
+    motion = log.to_motion(model)
+    poses = forward_kinematics(model, motion.q)
+    level, at = poses.of("RightFoot")
+    np.testing.assert_allclose(at, np.tile([0.2, -0.1, 0.07], (FRAMES, 1)), atol=1e-12)
+    np.testing.assert_allclose(level, np.tile(np.eye(3), (FRAMES, 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(poses.of("LeftFoot")[1][:, [0, 2]], at[:, [0, 2]], atol=1e-12)
+    # The arm hangs down: the hand is straight below the shoulder.
+    arm = poses.of("RightHand")[1] - poses.of("RightUpperArm")[1]
+    upper = poses.of("T8")[0]
+    np.testing.assert_allclose((arm[:, None] @ upper)[:, 0, :2], 0.0, atol=1e-12)
+    assert motion.base == "measured" and set(motion.provenance.assumed) == {
+        "joints",
+        "kept",
+        "base",
+    }
+
+
 def test_a_wrong_rate_shows_in_the_velocities(tmp_path: Path) -> None:
     map_file = write_map(tmp_path / "m.json", time=None, rate_hz=2 * RATE, markers=None)
     log = read_table(write_csv(tmp_path / "a.csv", table()), map_file).joints
@@ -195,6 +223,8 @@ def test_gaps_of_markers_and_decimal_commas(tmp_path: Path) -> None:
         ({"markers": "{name}/{axis}"}, {}, "columns that fit"),
         ({"joints": {"knee": "elbow"}}, {}, "column 'elbow' once"),
         ({"joints": {"knee": {"velocity": "knee"}}}, {}, "a column for the position"),
+        ({"joints": {"knee": 1}, "markers": None, "plates": None}, {}, "markers, joints, plates"),
+        ({"base": {}, "standing_on": {}}, {}, "either it or the base|base, position"),
         ({"marker": {}}, {}, "keys among time.*got 'marker'"),
         ({}, {"t": TIME[::-1].copy()}, "times that increase"),
         ({}, {"knee": np.full(FRAMES, np.nan)}, "frame 0.*finite numbers"),
