@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit
 
 from estimation.estimate_record import Estimate
 from estimation.map_errors import SensorError
@@ -64,7 +64,7 @@ class ModelErrors:
     @property
     def widening(self) -> float:
         """What makes 95 % of a spread that is known from a few pairs only: Student's t."""
-        return float(student.ppf(0.975, self.pairs) / student.ppf(0.975, np.inf))
+        return float(stdtrit(self.pairs, 0.975) / ndtri(0.975))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import ndtri
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit
 
 from estimation.norm_quantiles import norm_quantiles
 from estimation.payload import GRAVITY_MS2, Definition
@@ -178,7 +177,7 @@ class HoldCollector:
 
 def _few(parts: int) -> float:
     """What makes 95 % of a variance that is known from a few parts only: Student's t, squared."""
-    return float(student.ppf(0.975, parts - 1) / student.ppf(0.975, np.inf)) ** 2
+    return float(stdtrit(parts - 1, 0.975) / ndtri(0.975)) ** 2
 
 
 def _gaussian(definition: Definition, mass: float, sd: float) -> HoldMass:

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
+from scipy.ndimage import convolve1d
 
 from estimation.spatial import Array
 from human import Motion
@@ -43,8 +43,8 @@ def resampled(time_s: Array, values: Array, at_s: Array, window_s: float) -> Arr
     weights = np.maximum(1.0 - u**2, 0.0) ** 2
     signal = _interpolated(time_s, values, even)
     inside = np.ones(len(even))
-    total = fftconvolve(inside, weights, mode="same")
-    mean = fftconvolve(signal, weights[:, None], mode="same", axes=0) / total[:, None]
+    total = convolve1d(inside, weights, mode="constant")
+    mean = convolve1d(signal, weights, axis=0, mode="constant") / total[:, None]
     return _interpolated(even, mean, at_s)
 
 
