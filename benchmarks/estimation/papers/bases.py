@@ -21,13 +21,21 @@ from estimation import (
 )
 from human import forward_kinematics
 
-#: The paper says "from 1e-6 to 1e-4" for the sensors and "low" and "high" for model and prior;
-#: these are the ends that lead to errors as small as in its Table 2.
+#: The paper says "from 1e-6 to 1e-4" for the sensors, "low" for the model and "high" for the prior.
+#: Of that range these lead to errors nearest to those of its Table 2.
 PRESET_2019 = TwoStepCovariances(
-    "2019", first_step=False, feet=1e-6, accelerometer=1e-4, joint_acceleration=1e-6
+    "2019",
+    first_step=False,
+    feet=1e-4,
+    untouched=1e-4,
+    accelerometer=1e-6,
+    joint_acceleration=1e-6,
+    model=1e-6,
 )
-#: Nothing touches the other links of a simulated person; so bands should say.
-UNTOUCHED = ModelCovariances(untouched_force_sd=1e-3, untouched_moment_sd=1e-3)
+#: Newton holds for a simulated person, and nothing touches the other links; bands should say so.
+UNTOUCHED = ModelCovariances(
+    dynamics=1e-8, kinematics=1e-8, untouched_force_sd=1e-4, untouched_moment_sd=1e-4
+)
 #: How many times too heavy a body is believed to be, to see what a wrong model does.
 HEAVIER = 1.03
 #: A base that is fixed: its acceleration is known, and nothing is known of what the ground does.

@@ -62,8 +62,7 @@ def experiment(scenes: Scenes) -> Report:
             "As in the paper the estimate leaves the measurement as the covariance grows. But "
             "with measured accelerations it stops at the plates' noise: the balance of the body "
             "tells the feet's sum as well. With zeros in place of the accelerations, which is "
-            "free fall, it goes on to hundreds: that is why the published tool must not believe "
-            "anything but 1e-6.",
+            "free fall, it goes on to hundreds, and nothing but 1e-6 looks right.",
         ),
     )
 

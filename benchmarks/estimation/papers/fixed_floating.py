@@ -77,8 +77,8 @@ def experiment(scenes: Scenes) -> Report:
             "whose force is not measured. What differs is that the floating base uses both shoes: "
             "its torques are nearer to the truth.",
             "With our readings the two differ at random, by what one shoe's noise moves. The "
-            "paper's torques differ by a steady 4 to 7 N m, so by a model that disagrees with the "
-            "shoes: one that is 3 % too heavy leaves some 3 N m that stay.",
+            "paper's torques differ by a steady 4 to 7 N m, which points to a model that disagrees "
+            "with the shoes: a body that is 3 % too heavy adds some 3 N m that stay to ours.",
         ),
     )
 
