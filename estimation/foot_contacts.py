@@ -23,7 +23,7 @@ Meaning = Literal["rest", "load"]
 #: Speeds are derived over this time, s: short, since feet stop within it.
 _WINDOW_S = 0.07
 #: A standing sole's speed, m/s, and height over its floor, m: standard deviations.
-_SPEED_SD, _HEIGHT_SD = 0.35, 0.03
+_SPEED_SD, _HEIGHT_SD = 0.15, 0.03
 #: Cost of being in the air, and of a switch, in nats for each independent instant, s.
 _IN_AIR, _SWITCH, _INDEPENDENT_S = 2.5, 5.0, 0.05
 #: A sole slower than this, m/s, stands, to find how high the floor is.
@@ -32,10 +32,12 @@ _STANDING_M_S = 0.3
 _LEAVES_AT, _LANDS_AT = 0.28, 0.15
 #: Ways off the resting place, m, over which the onset of a movement is fitted.
 _ONSET_M = (0.003, 0.05)
+#: A way is clear of the noise from so many times its size on; it is followed to so many times that.
+_CLEAR, _FAR = 2.5, 16.0
 #: The resting place is the median over this time, s, so far from the switch, s.
 _REST_S = (0.15, 0.35)
 #: Points that start within this time, s, start together.
-_TOGETHER_S = 0.04
+_TOGETHER_S = 0.08
 #: An onset further than this from the switch it belongs to is none, s.
 _ONSET_REACH_S = 0.2
 
@@ -121,6 +123,7 @@ def contacts_of_tracks(
     place = place - np.asarray(belt_velocity) * (time - time[0])[:, None, None, None]
     derived = LocalCubic(time, window_s=_WINDOW_S).derivatives(place.reshape(len(time), -1))
     speed = np.linalg.norm(derived.first.reshape(place.shape), axis=-1)
+    place = derived.value.reshape(place.shape)
     height = place[..., 2]
     feet, floor = np.zeros((len(time), 2), dtype=np.bool_), np.zeros(2)
     for side in (0, 1):
@@ -196,10 +199,14 @@ def _onset(time_s: Array, place: Array, about_s: float) -> float | None:
     )
     if np.count_nonzero(resting) < 3:
         return None
-    way = np.linalg.norm(place[around] - np.median(place[resting], axis=0), axis=1)
-    near = np.flatnonzero(way < _ONSET_M[0])
+    here = np.median(place[resting], axis=0)
+    noise = float(np.mean(np.sum((place[resting] - here) ** 2, axis=1)))
+    least = max(_ONSET_M[0], _CLEAR * np.sqrt(noise))
+    # Noise adds its own square to that of a way.
+    way = np.sqrt(np.maximum(np.sum((place[around] - here) ** 2, axis=1) - noise, 0.0))
+    near = np.flatnonzero(way < least)
     first = int(near[-1]) + 1 if len(near) else 0
-    far = np.flatnonzero(way[first:] > _ONSET_M[1])
+    far = np.flatnonzero(way[first:] > max(_ONSET_M[1], _FAR * least))
     past = first + max(int(far[0]) if len(far) else len(way) - first, 5)
     way, time = way[first:past], time_s[around[first:past]]
     if len(way) < 3:
