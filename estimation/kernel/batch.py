@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from estimation.covariances import ModelCovariances
-from estimation.kernel.layout import COMMON_SLOTS, LINK_SLOTS, TABLES, columns
+from estimation.kernel.layout import TABLES, columns
 from estimation.kernel.machine_code import Solve
 from estimation.kernel.sensor_tables import Tables, tables
 from estimation.kernel.vector_code import LANES
@@ -34,10 +34,9 @@ class Call:
         self._solve = solve
         self._n_dof = tree.n_dof
         self._starts, _ = columns(tree.n_dof)
-        size = LANES * (COMMON_SLOTS + tree.n_links * LINK_SLOTS)
         self.row = np.zeros((frames, inputs.width))
         self._own = {
-            "work": aligned(size),
+            "work": aligned(LANES * inputs.slots),
             "rows": np.zeros(LANES, dtype=np.int64),
             "frames": self.row,
             "constants": inputs.constants,
@@ -102,13 +101,10 @@ def results(tree: EstimationTree, frames: int, n_sites: int, spreads: bool) -> R
             "joint_acceleration_sd": (frames, tree.n_dof),
             "torque_sd": (frames, tree.n_dof),
             "joint_moment_covariance": (frames, tree.n_links - 1, 3, 3),
+            "site_covariance": (frames, 6 * n_sites, 6 * n_sites),
+            "site_prior": (frames, 6 * n_sites, 6 * n_sites),
         }
-    out = {name: np.empty(shape) for name, shape in shapes.items()}
-    if spreads:
-        # Blocks of the prior between different sites are never written.
-        square = (frames, 6 * n_sites, 6 * n_sites)
-        out |= {"site_covariance": np.empty(square), "site_prior": np.zeros(square)}
-    return out
+    return {name: np.empty(shape) for name, shape in shapes.items()}
 
 
 def solve_frames(

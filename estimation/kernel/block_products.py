@@ -53,19 +53,22 @@ class Blocks:
             many = self.rows_at_once
             with code.loop(0, 6 // many) as group:
                 first = code.builder.mul(group, constant(many))
+                lines = []
                 for place in range(many):
                     row = code.builder.add(first, constant(place))
                     along = code.builder.mul(row, constant(6))
-                    a = code.at(A, row if left_turned else along)
                     c = code.at(C, along)
-                    rest = code.loads(c, 6) if add else [None] * 6
-                    # One factor at a time for all columns: six sums that do not wait for another.
-                    for k in SIX:
-                        factor = code.load(a, 6 * k if left_turned else k)
-                        factor = code.negative(factor) if minus else factor
-                        for j in SIX:
-                            other = code.load(B, 6 * j + k if right_turned else 6 * k + j)
-                            rest[j] = code.dot([factor], [other], rest[j])
+                    rest: list[Value] = code.loads(c, 6) if add else [None] * 6
+                    lines.append((code.at(A, row if left_turned else along), c, rest))
+                # One factor at a time for all columns: sums that do not wait for one another.
+                for k in SIX:
+                    factors = [code.load(a, 6 * k if left_turned else k) for a, _, _ in lines]
+                    for j in SIX:
+                        other = code.load(B, 6 * j + k if right_turned else 6 * k + j)
+                        for factor, (_, _, rest) in zip(factors, lines, strict=True):
+                            signed = code.negative(factor) if minus else factor
+                            rest[j] = code.dot([signed], [other], rest[j])
+                for _, c, rest in lines:
                     code.stores(rest, c)
             return code.done()
 

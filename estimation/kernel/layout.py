@@ -12,7 +12,29 @@ def _places(sizes: Iterable[tuple[str, int]]) -> tuple[dict[str, int], int]:
     return out, end
 
 
-#: Addresses that a call hands over. All but ``work``, ``rows`` and what comes out are inputs.
+#: What comes out, under the names of `Estimate`, and the state of the arithmetic.
+MEANS = (
+    "link_acceleration",
+    "external_wrench",
+    "joint_wrench",
+    "joint_acceleration",
+    "torque",
+    "link_rotation",
+    "residual",
+    "residual_chi2",
+    "status",
+)
+SPREADS = (
+    "link_acceleration_sd",
+    "external_wrench_sd",
+    "joint_wrench_sd",
+    "joint_acceleration_sd",
+    "torque_sd",
+    "joint_moment_covariance",
+    "site_covariance",
+    "site_prior",
+)
+#: Addresses that a call hands over.
 TABLES = (
     "work",
     "rows",
@@ -24,23 +46,8 @@ TABLES = (
     "sites",
     "paths",
     "settings",
-    "link_acceleration",
-    "external_wrench",
-    "joint_wrench",
-    "joint_acceleration",
-    "torque",
-    "link_rotation",
-    "residual",
-    "residual_chi2",
-    "status",
-    "link_acceleration_sd",
-    "external_wrench_sd",
-    "joint_wrench_sd",
-    "joint_acceleration_sd",
-    "torque_sd",
-    "joint_moment_covariance",
-    "site_covariance",
-    "site_prior",
+    *MEANS,
+    *SPREADS,
 )
 TABLE = {name: place for place, name in enumerate(TABLES)}
 
@@ -56,6 +63,10 @@ SETTINGS = (
     "n_pairs",
     "joint_variance",
     "joint_mean",
+    # Where the working memory holds the inputs and the results of the eight frames at hand.
+    "row_start",
+    *(f"start of {name}" for name in (*MEANS, *SPREADS)),
+    *(f"size of {name}" for name in (*MEANS, *SPREADS)),
 )
 SETTING = {name: place for place, name in enumerate(SETTINGS)}
 
@@ -114,6 +125,28 @@ GLOBAL, GLOBAL_SIZE = _places(
 LINK_CONSTANTS, LINK_CONSTANTS_SIZE = _places(
     [("offset", 3), ("inertia", 36), ("dynamics", 36), ("kinematic", 36), ("kinematic_inverse", 18)]
 )
+
+
+def output_sizes(n_links: int, n_dof: int, n_sites: int) -> dict[str, int]:
+    """Returns how many numbers of each result a frame has."""
+    links, joints, square = 6 * n_links, 6 * (n_links - 1), 36 * n_sites**2
+    sizes = {
+        "link_acceleration": links,
+        "external_wrench": links,
+        "joint_wrench": joints,
+        "joint_acceleration": n_dof,
+        "torque": n_dof,
+        "link_rotation": 9 * n_links,
+        "residual": 6,
+        "residual_chi2": 1,
+        "status": 3,
+        "joint_moment_covariance": 9 * (n_links - 1),
+        "site_covariance": square,
+        "site_prior": square,
+    }
+    return {
+        name: sizes.get(name, sizes.get(name.removesuffix("_sd"), 0)) for name in (*MEANS, *SPREADS)
+    }
 
 
 def columns(n_dof: int) -> tuple[dict[str, int], int]:
@@ -177,5 +210,5 @@ SLOT["Ca"], SLOT["Caz"] = SLOT["J"], SLOT["M"]
 COMMON, COMMON_SLOTS = _places(
     [(f"block{place}", 36) for place in range(10)]
     + [(f"vector{place}", 18) for place in range(6)]
-    + [("least", 1), ("least_pivot", 1), ("trace", 1)]
+    + [("least", 1)]
 )

@@ -12,19 +12,23 @@ import numpy as np
 
 from estimation.covariances import INFINITE, ModelCovariances
 from estimation.kernel.layout import (
+    COMMON_SLOTS,
     GLOBAL,
     GLOBAL_SIZE,
     LINK_CONSTANTS,
     LINK_CONSTANTS_SIZE,
     LINK_ROW,
     LINK_ROW_SIZE,
+    LINK_SLOTS,
     PAIR_ROW_SIZE,
     PLATE_ROW_SIZE,
     SENSOR_ROW_SIZE,
     SETTING,
     SETTINGS,
     columns,
+    output_sizes,
 )
+from estimation.kernel.vector_code import LANES
 from estimation.problem import (
     joint_information,
     model_noise,
@@ -78,6 +82,7 @@ class Tables:
         by_frame: ``(frames, ...)`` arrays that stand in the row of each frame, after the state.
         starts: the column where each of those starts.
         width: numbers in the row of a frame.
+        slots: of working memory.
         links: whole numbers of each link.
         plates: of each force plate.
         motion_sensors: of each accelerometer.
@@ -92,6 +97,7 @@ class Tables:
     by_frame: tuple[Array, ...]
     starts: tuple[int, ...]
     width: int
+    slots: int
     links: IntArray
     plates: IntArray
     motion_sensors: IntArray
@@ -191,13 +197,20 @@ def tables(
         "joint_mean": means,
     }.items():
         settings[SETTING[name]] = number
-    settings[SETTING["width"]] = numbers.width
+    width = -(-numbers.width // LANES) * LANES
+    settings[SETTING["width"]] = width
+    at = COMMON_SLOTS + tree.n_links * LINK_SLOTS
+    settings[SETTING["row_start"]], at = at, at + width
+    for name, size in output_sizes(tree.n_links, tree.n_dof, len(sites)).items():
+        settings[SETTING[f"size of {name}"]] = size
+        settings[SETTING[f"start of {name}"]], at = at, at + size
     constants = np.concatenate([_fixed(tree, covariances), *numbers.constants])
     return Tables(
         constants=constants,
         by_frame=tuple(numbers.by_frame),
         starts=tuple(numbers.starts),
-        width=numbers.width,
+        width=width,
+        slots=at,
         links=links,
         plates=plates,
         motion_sensors=sensors,

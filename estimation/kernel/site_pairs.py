@@ -36,6 +36,11 @@ def write_pair(blocks: Blocks) -> Any:
         _put_block(stage, "site_prior", number["row"], number["column"], prior)
         blocks.sum(stage, T1, out, prior)
         stage.copy(out, T1, 36)
+    with stage.builder.if_then(stage.builder.not_(same)):
+        # Beforehand nothing ties one site to another.
+        stage.fill(splat(0.0), prior, 36)
+        _put_block(stage, "site_prior", number["row"], number["column"], prior)
+        _put_block(stage, "site_prior", number["column"], number["row"], prior)
     _put_block(stage, "site_covariance", number["row"], number["column"], out)
     for i in SIX:
         for j in SIX:
@@ -72,9 +77,8 @@ def _move(stage: Stage, a: Value, z: Value, link: Value, first: Value, last: Val
 def _put_block(stage: Stage, table: str, row: Value, column: Value, block: Value) -> None:
     builder = stage.builder
     side = builder.mul(stage.setting("n_sites"), constant(6))
-    width = builder.mul(side, side)
     across = builder.mul(column, constant(6))
     for i in SIX:
         down = builder.add(builder.mul(row, constant(6)), constant(i))
         start = builder.add(builder.mul(down, side), across)
-        stage.put(table, start, width, stage.at(block, 6 * i), 6)
+        stage.copy(stage.output(table, start), stage.at(block, 6 * i), 6)

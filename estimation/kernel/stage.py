@@ -17,7 +17,6 @@ from estimation.kernel.layout import (
     TABLE,
 )
 from estimation.kernel.vector_code import (
-    LANES,
     LONG,
     POINTER,
     Code,
@@ -96,16 +95,17 @@ class Stage(Code):
         number = constant(count) if isinstance(count, int) else count
         self.builder.call(self.module.globals[name], [self.tables, out, reference, number])
 
-    def put(self, table: str, column: Value, width: Value, block: Value, count: Slot) -> None:
-        """Writes slots out: ``count`` numbers from a column of each frame's own row."""
-        name = "put"
-        if name not in self.module.globals:
-            _write_put(self.blocks, name)
-        number = constant(count) if isinstance(count, int) else count
-        self.builder.call(
-            self.module.globals[name],
-            [self.table(table), self.table("rows"), width, column, block, number],
-        )
+    def own(self, column: Slot) -> Value:
+        """Returns where a column of the frames' own rows stands in working memory."""
+        first = self.setting("row_start")
+        number = constant(column) if isinstance(column, int) else column
+        return self.at(self.work, self.builder.add(first, number))
+
+    def output(self, name: str, column: Slot = 0) -> Value:
+        """Returns where a result is gathered before it goes out, from a column on."""
+        first = self.setting(f"start of {name}")
+        number = constant(column) if isinstance(column, int) else column
+        return self.at(self.work, self.builder.add(first, number))
 
     def standard_deviations(self, out: Value, variances: list[Value]) -> None:
         """Writes square roots, and remembers the least of what they are taken of."""
@@ -135,33 +135,8 @@ def _write_fetch(blocks: Blocks, name: str) -> Any:
                 code.store(code.spread(code.real(numbers, slot)), out, slot)
         with own:
             column = code.builder.sub(constant(-1), reference)
-            width = code.whole(table("settings"), SETTING["width"])
-            rows, frames = table("rows"), table("frames")
-            starts = []
-            for lane in range(LANES):
-                first = code.builder.mul(code.whole(rows, lane), width)
-                starts.append(code.number(frames, code.builder.add(first, column)))
+            first = code.whole(table("settings"), SETTING["row_start"])
+            given = code.at(table("work"), code.builder.add(first, column))
             with code.loop(0, count) as slot:
-                vector = splat(0.0)
-                for lane, start in enumerate(starts):
-                    number = code.real(start, slot)
-                    vector = code.builder.insert_element(vector, number, constant(lane))
-                code.store(vector, out, slot)
-    return code.done()
-
-
-def _write_put(blocks: Blocks, name: str) -> Any:
-    code = Code(blocks.module, name, [POINTER, POINTER, LONG, LONG, POINTER, LONG])
-    code.function.linkage = "internal"
-    code.function.attributes.add("noinline")
-    out, rows, width, column, block, count = code.arguments
-    starts = []
-    for lane in range(LANES):
-        first = code.builder.mul(code.whole(rows, lane), width)
-        starts.append(code.number(out, code.builder.add(first, column)))
-    with code.loop(0, count) as slot:
-        first = code.builder.mul(slot, constant(LANES))
-        for lane, start in enumerate(starts):
-            number = code.real(block, code.builder.add(first, constant(lane)))
-            code.builder.store(number, code.number(start, slot), align=8)
+                code.store(code.load(given, slot), out, slot)
     return code.done()

@@ -6,6 +6,7 @@ The recursion is that of `elimination.sweep_down` and `sweep_down_spreads`, in t
 from typing import Any
 
 from estimation.kernel.block_products import SIX, Blocks
+from estimation.kernel.layout import LINK_ROW
 from estimation.kernel.stage import Stage
 from estimation.kernel.vector_code import Value, constant, splat
 
@@ -17,7 +18,9 @@ def write_means(blocks: Blocks) -> Any:
     stage = Stage(blocks, "means")
     parent = stage.of_link("parent")
     a, z, b = stage.block("a"), stage.block("z"), stage.block("b")
-    above_a, above_z, fj = (stage.common(f"vector{place}") for place in range(3))
+    above_a, above_z = stage.common("vector0"), stage.common("vector1")
+    column = stage.builder.mul(stage.builder.sub(stage.link, constant(1)), constant(6))
+    fj = stage.output("joint_wrench", column)
     axes = (stage.block("turn"), stage.block("offset"))
     blocks.motion_down(stage, above_a, stage.block("a", parent), *axes)
     blocks.motion_down(stage, above_z, stage.block("z", parent), *axes)
@@ -36,8 +39,6 @@ def write_means(blocks: Blocks) -> Any:
     stage.copy(a, stage.block("e"), 6)
     blocks.vector_product(stage, a, stage.block("A"), above_a, add=True)
     blocks.vector_product(stage, a, stage.block("G"), z, add=True)
-    out = stage.builder.mul(stage.builder.sub(stage.link, constant(1)), constant(6))
-    stage.put("joint_wrench", out, _row(stage, 6, joints=True), fj, 6)
     rest = []
     for i in SIX:
         more = stage.add(stage.load(above_a, i), stage.load(b, i))
@@ -63,44 +64,33 @@ def _wrench_gains(stage: Stage) -> tuple[Value, Value]:
     return K, builder.select(prior, stage.block("Pf"), stage.block("S0"))
 
 
-def _row(stage: Stage, size: int, *, joints: bool = False) -> Value:
-    """Numbers of a frame in a table with ``size`` numbers a link, or a joint."""
-    count = stage.setting("n_links")
-    count = stage.builder.sub(count, constant(1)) if joints else count
-    return stage.builder.mul(count, constant(size))
-
-
 def _put_dofs(stage: Stage, table: str, block: Value) -> None:
     with stage.loop(0, stage.of_link("axes")) as place:
-        dof = stage.whole(stage.row, stage.builder.add(place, constant(5)))
-        stage.put(table, dof, stage.setting("n_dof"), stage.at(block, place), 1)
+        dof = stage.whole(stage.row, stage.builder.add(place, constant(LINK_ROW["dof"])))
+        stage.store(stage.load(block, place), stage.output(table, dof))
 
 
 def write_link_out(blocks: Blocks) -> Any:
     """Writes the stage that puts out what every link has, the base too."""
     stage = Stage(blocks, "link_out")
     column = stage.builder.mul(stage.link, constant(6))
-    width = _row(stage, 6)
-    fx = stage.common("vector0")
+    fx = stage.output("external_wrench", column)
     blocks.vector_product(stage, fx, stage.block("Px"), stage.block("z"))
     for i in SIX:
         external = stage.subtract(stage.load(stage.block("fbar"), i), stage.load(fx, i))
         stage.store(external, fx, i)
-    stage.put("link_acceleration", column, width, stage.block("a"), 6)
-    stage.put("external_wrench", column, width, fx, 6)
+    stage.copy(stage.output("link_acceleration", column), stage.block("a"), 6)
     axes = stage.builder.mul(stage.link, constant(9))
-    stage.put("link_rotation", axes, _row(stage, 9), stage.block("rotation"), 9)
+    stage.copy(stage.output("link_rotation", axes), stage.block("rotation"), 9)
     with stage.when(stage.setting("spreads")):
-        sd, half = stage.common("vector1"), stage.common("block0")
-        stage.standard_deviations(sd, [stage.load(stage.block("Ca"), 7 * i) for i in SIX])
-        stage.put("link_acceleration_sd", column, width, sd, 6)
-        Px = stage.block("Px")
+        half, Px = stage.common("block0"), stage.block("Px")
+        variances = [stage.load(stage.block("Ca"), 7 * i) for i in SIX]
+        stage.standard_deviations(stage.output("link_acceleration_sd", column), variances)
         blocks.product(stage, half, Px, stage.block("B"))
         rows = [stage.loads(half, 6, 6 * i) for i in SIX]
         own = [stage.loads(Px, 6, 6 * i) for i in SIX]
         variances = [stage.dot(rows[i], own[i], own[i][i]) for i in SIX]
-        stage.standard_deviations(sd, variances)
-        stage.put("external_wrench_sd", column, width, sd, 6)
+        stage.standard_deviations(stage.output("external_wrench_sd", column), variances)
     return stage.done()
 
 
@@ -195,17 +185,16 @@ def _joint_wrench_spread(stage: Stage, K: Value, Pf: Value, left: Value, right: 
         for j in range(i, 3):
             moment[i][j] = moment[j][i] = element(3 + i, 3 + j)
     variances = [element(i, i) for i in THREE] + [moment[i][i] for i in THREE]
-    sd, block = stage.common("vector2"), stage.common("vector3")
-    stage.standard_deviations(sd, variances)
     joint = stage.builder.sub(stage.link, constant(1))
     column = stage.builder.mul(joint, constant(6))
-    stage.put("joint_wrench_sd", column, _row(stage, 6, joints=True), sd, 6)
-    stage.stores([moment[i][j] for i in THREE for j in THREE], block)
+    stage.standard_deviations(stage.output("joint_wrench_sd", column), variances)
     column = stage.builder.mul(joint, constant(9))
-    stage.put("joint_moment_covariance", column, _row(stage, 9, joints=True), block, 9)
+    out = stage.output("joint_moment_covariance", column)
+    stage.stores([moment[i][j] for i in THREE for j in THREE], out)
     torques = []
     for axis in THREE:
         h = stage.loads(stage.block("h"), 3, 3 * axis)
         torques.append(stage.dot([stage.dot(moment[i], h) for i in THREE], h))
+    sd = stage.common("vector2")
     stage.standard_deviations(sd, torques)
     _put_dofs(stage, "torque_sd", sd)

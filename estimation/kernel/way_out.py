@@ -8,6 +8,7 @@ from typing import Any
 from estimation.kernel.block_products import Blocks
 from estimation.kernel.layout import (
     GLOBAL,
+    LINK_ROW,
     PLATE_ROW,
     PLATE_ROW_SIZE,
     SENSOR_ROW,
@@ -21,24 +22,20 @@ THREE = range(3)
 
 
 def _column(stage: Stage, name: str) -> Value:
-    """Returns the reference of a part of the state; those parts but the first follow the joints."""
+    """Returns the column of a part of the state."""
     plain, _ = columns(0)
     per_dof, _ = columns(1)
     times = per_dof[name] - plain[name]
     start = stage.builder.mul(stage.setting("n_dof"), constant(times))
-    return stage.builder.sub(constant(-1 - plain[name]), start)
+    return stage.builder.add(constant(plain[name]), start)
 
 
 def write_base(blocks: Blocks) -> Any:
     """Writes the stage that reads the base's place, axes and angular velocity."""
     stage = Stage(blocks, "base")
-    for name, reference, count in (
-        ("position", "position", 3),
-        ("omega", "omega", 3),
-    ):
-        stage.fetch(stage.block(name), _column(stage, reference), count)
-    stage.fetch(stage.common("vector0"), _column(stage, "quaternion"), 4)
-    x, y, z, w = stage.loads(stage.common("vector0"), 4)
+    for name in ("position", "omega"):
+        stage.copy(stage.block(name), stage.own(_column(stage, name)), 3)
+    x, y, z, w = stage.loads(stage.own(_column(stage, "quaternion")), 4)
     two = splat(2.0)
     # Rows of the matrix of a unit quaternion.
     for i, (p, q, r) in enumerate(((x, y, z), (y, z, x), (z, x, y))):
@@ -69,29 +66,30 @@ def write_place(blocks: Blocks) -> Any:
     stage.copy(omega, above, 3)
     stage.fill(splat(0.0), stage.block("s_hat"), 3)
     stage.fill(splat(1.0), stage.block("variance"), 3)
-    values = stage.common("vector0")
     with stage.loop(0, stage.of_link("axes")) as place:
-        _turn_about_axis(stage, place, values, [omega, beta, h, turn])
+        _turn_about_axis(stage, place, [omega, beta, h, turn])
     stage.spread_all(stage.link_constant("offset"), stage.block("offset"), 3)
     _chain(stage, parent)
     return stage.done()
 
 
-def _turn_about_axis(stage: Stage, place: Value, values: Value, parts: list[Value]) -> None:
+def _turn_about_axis(stage: Stage, place: Value, parts: list[Value]) -> None:
     """One axis of a joint: everything so far is expressed in the axes after it."""
     builder = stage.builder
     omega, beta, h, turn = parts
-    axis = stage.whole(stage.row, builder.add(place, constant(2)))
-    dof = stage.whole(stage.row, builder.add(place, constant(5)))
-    for slot, name in enumerate(("sine", "cosine", "rate")):
-        reference = builder.sub(_column(stage, name), dof)
-        stage.fetch(stage.at(values, slot), reference, 1)
-    for name, setting in (("s_hat", "joint_mean"), ("variance", "joint_variance")):
-        first = stage.setting(setting)
-        own = builder.icmp_signed("<", first, constant(0))
-        reference = builder.select(own, builder.sub(first, dof), builder.add(first, dof))
-        stage.fetch(stage.at(stage.block(name), place), reference, 1)
-    sine, cosine, rate = stage.loads(values, 3)
+    axis = stage.whole(stage.row, builder.add(place, constant(LINK_ROW["axis"])))
+    dof = stage.whole(stage.row, builder.add(place, constant(LINK_ROW["dof"])))
+    sine, cosine, rate = (
+        stage.load(stage.own(builder.add(_column(stage, name), dof)))
+        for name in ("sine", "cosine", "rate")
+    )
+    mean = builder.sub(constant(-1), stage.setting("joint_mean"))
+    s_hat = stage.load(stage.own(builder.add(mean, dof)))
+    stage.store(s_hat, stage.block("s_hat"), place)
+    first = stage.setting("joint_variance")
+    own = builder.icmp_signed("<", first, constant(0))
+    reference = builder.select(own, builder.sub(first, dof), builder.add(first, dof))
+    stage.fetch(stage.at(stage.block("variance"), place), reference, 1)
     left = builder.srem(builder.add(axis, constant(1)), constant(3))
     right = builder.srem(builder.add(axis, constant(2)), constant(3))
     vectors = [omega, beta]

@@ -3,7 +3,8 @@
 from llvmlite import ir
 
 from estimation.kernel.block_products import Blocks
-from estimation.kernel.layout import COMMON, SETTING, TABLE
+from estimation.kernel.lanes import write_gather, write_scatter
+from estimation.kernel.layout import COMMON, MEANS, SETTING, SPREADS, TABLE
 from estimation.kernel.site_pairs import write_pair
 from estimation.kernel.vector_code import LANES, LONG, POINTER, Code, constant, splat
 from estimation.kernel.way_down import write_link_out, write_means, write_spreads
@@ -26,6 +27,7 @@ def kernel_code(wide_registers: bool) -> str:
     eliminate, root = write_eliminate(blocks), write_root(blocks)
     means, spreads = write_means(blocks), write_spreads(blocks)
     link_out, pair = write_link_out(blocks), write_pair(blocks)
+    gather, scatter = write_gather(blocks), write_scatter(blocks)
     code = Code(module, NAME, [POINTER, LONG])
     tables, count = code.arguments
     builder = code.builder
@@ -35,6 +37,13 @@ def kernel_code(wide_registers: bool) -> str:
     batches = builder.sdiv(builder.add(count, constant(LANES - 1)), constant(LANES))
     zero, one = constant(0), constant(1)
     final = builder.sub(count, one)
+
+    def put_out(name: str) -> None:
+        start = code.whole(settings, SETTING[f"start of {name}"])
+        size = code.whole(settings, SETTING[f"size of {name}"])
+        out = code.entry(tables, TABLE[name])
+        builder.call(scatter, [out, rows, size, code.at(work, start)])
+
     with code.loop(0, batches) as batch:
         first = builder.mul(batch, constant(LANES))
         for lane in range(LANES):
@@ -44,6 +53,7 @@ def kernel_code(wide_registers: bool) -> str:
             frame = builder.select(beyond, final, frame)
             builder.store(frame, builder.gep(rows, [constant(lane)], source_etype=LONG), align=8)
         code.store(splat(float("inf")), work, COMMON["least"])
+        builder.call(gather, [tables])
         builder.call(base, [tables, zero])
         builder.call(terms, [tables, zero])
         with code.loop(1, links) as link:
@@ -61,9 +71,13 @@ def kernel_code(wide_registers: bool) -> str:
                 builder.call(pair, [tables, which])
         with code.loop(0, links) as link:
             builder.call(link_out, [tables, link])
-        status = code.at(work, COMMON["least"])
-        put = module.globals["put"]
-        out = code.entry(tables, TABLE["status"])
-        builder.call(put, [out, rows, constant(3), constant(2), status, one])
+        start = code.whole(settings, SETTING["start of status"])
+        least = code.load(work, COMMON["least"])
+        code.store(least, code.at(work, builder.add(start, constant(2))))
+        for name in MEANS:
+            put_out(name)
+        with code.when(code.whole(settings, SETTING["spreads"])):
+            for name in SPREADS:
+                put_out(name)
     code.done()
     return str(module)
