@@ -25,6 +25,7 @@ from human.markers.ik_priors import (
 from human.markers.ik_solve import MarkerProblem, Solved, solve, spreads
 from human.markers.ik_start import start_poses
 from human.markers.ik_system import MarkerSystem
+from human.markers.marker_set import plain_name
 from human.model import BASE_NQ, BASE_NV, Array, IntArray
 
 Flags = NDArray[np.bool_]
@@ -109,9 +110,8 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
     Raises:
         MarkerFitError: none of its markers is on the body, or they never show the pelvis.
     """
-    place = {name: k for k, name in enumerate(recording.marker_names)}
-    ever = np.any(recording.valid, axis=0)
-    used = [k for k, name in enumerate(body.marker_names) if name in place and ever[place[name]]]
+    place_of = _places(body.marker_names, recording)
+    used = [k for k, place in enumerate(place_of) if place is not None]
     if not used:
         raise MarkerFitError(
             recording.source,
@@ -125,7 +125,7 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
     loose = posture_prior(model, free)
     plan = FitPlan(
         recording=recording,
-        columns=np.array([place[name] for name in names], dtype=np.intp),
+        columns=np.array([place_of[k] for k in used], dtype=np.intp),
         marker_names=names,
         problem=MarkerProblem(
             MarkerSystem(model, segment, body.offset[used], free),
@@ -164,6 +164,18 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
         poor=all_poor,
         unobserved_dofs=tuple(model.dof_names[k] for k in np.flatnonzero(everywhere)),
     )
+
+
+def _places(names: tuple[str, ...], recording: MarkerRecording) -> list[int | None]:
+    """Returns where a recording has each marker, if it ever shows it.
+
+    The same marker may bear another subject's prefix in another file.
+    """
+    exact = {name: k for k, name in enumerate(recording.marker_names)}
+    plain = {plain_name(name): k for k, name in enumerate(recording.marker_names)}
+    ever = np.any(recording.valid, axis=0)
+    found = [exact.get(name, plain.get(plain_name(name))) for name in names]
+    return [place if place is not None and ever[place] else None for place in found]
 
 
 def raw_blocks(plan: FitPlan) -> Iterator[RawBlock]:

@@ -13,16 +13,17 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from human.markers.ik_blocks import FitPlan, RawBlock
-from human.markers.ik_priors import POOR_SD_RAD, Pull
+from human.markers.ik_priors import POOR_SD_RAD, SWING_RAD, Pull
 from human.markers.ik_solve import solve
-from human.markers.ik_start import other_branch, whole_turns_off
+from human.markers.ik_start import inside, other_branch, whole_turns_off
 from human.model import BASE_NQ, Array, HumanModel, IntArray
 
 Flags = NDArray[np.bool_]
 
 #: How far an angle may stray from its neighbours' (rad): over a short gap, and over a longer one.
 _SHORT_SD_RAD, _LONG_SD_RAD = 0.05, 0.2
-_TOLERANCE_RAD = 1e-3
+#: Middle angles with a smaller cosine let the outer ones swing.
+_SWINGING_COSINE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,14 +88,26 @@ def _on_one_branch(model: HumanModel, blocks: Iterator[RawBlock]) -> Iterator[Ra
 
 
 def _nearest_branch(angles: Array, last: Array, lower: Array, upper: Array) -> Array:
-    other = whole_turns_off(other_branch(angles), 0.5 * (lower + upper))
-    allowed = np.all((other >= lower - _TOLERANCE_RAD) & (other <= upper + _TOLERANCE_RAD), axis=1)
-    if not np.any(allowed):
+    """Returns triples ``(B, 3)`` that follow each other closely.
+
+    Where the middle angle is large the outer two may leave their limits to do so.
+    """
+    centre = 0.5 * (lower + upper)
+    other = whole_turns_off(other_branch(angles), centre)
+    swinging = np.abs(np.cos(angles[:, 1])) < _SWINGING_COSINE
+    if not np.any(swinging | inside(other, lower, upper)):
         return angles
     out = angles.copy()
+    room = SWING_RAD * np.array([1.0, 0.0, 1.0])
     for k in range(len(out)):
-        if allowed[k] and np.sum((other[k] - last) ** 2) < np.sum((out[k] - last) ** 2):
-            out[k] = other[k]
+        both = np.stack([angles[k], other[k]])
+        if swinging[k]:
+            both = whole_turns_off(both, last)
+            allowed = inside(both, lower - room, upper + room)
+        else:
+            allowed = inside(both, lower, upper)
+        steps = np.where(allowed, np.sum((both - last) ** 2, axis=1), np.inf)
+        out[k] = both[np.argmin(steps)] if np.any(allowed) else angles[k]
         last = out[k]
     return out
 

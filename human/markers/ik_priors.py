@@ -32,6 +32,9 @@ _STIFF_SD_RAD = {
 _HINGE_SD = 0.1
 #: How hard a limit pushes back, rad.
 _LIMIT_SD_RAD = np.deg2rad(0.2)
+#: Room beyond their limits (rad) for the outer angles of joints whose middle one passes 90 degrees:
+#: there they swing while the limb hardly moves, and their limits no longer say what it can do.
+SWING_RAD = np.deg2rad(60.0)
 #: An angle that markers determine: free for all that its own size matters.
 _FREE_SD_RAD = 300.0
 #: One that they hardly determine: near the reference posture.
@@ -87,8 +90,8 @@ class Prior:
     Attributes:
         mean: ``(k,)`` rad.
         matrix: ``(k, k)`` 1/rad^2.
-        lower: ``(k,)`` rad.
-        upper: ``(k,)`` rad.
+        lower: ``(k,)`` rad, with room to swing.
+        upper: ``(k,)`` rad, with room to swing.
         hinges: for each elbow the three places of its angles among the free ones.
         settled: ``(k,)`` angles that are shared or stiff whatever the markers.
     """
@@ -131,10 +134,6 @@ class Prior:
             rhs[:, hinge] -= slope * (value / _HINGE_SD)[:, None]
             matrix[:, hinge[:, None], hinge] += slope[:, :, None] * slope[:, None, :]
 
-    def limited(self, angles: Array) -> Flags:
-        """Returns which of angles ``(B, k)`` lie on or beyond their limits."""
-        return (angles <= self.lower) | (angles >= self.upper)
-
     def _beyond(self, angles: Array) -> Array:
         return angles - np.clip(angles, self.lower, self.upper)
 
@@ -164,15 +163,27 @@ def posture_prior(model: HumanModel, free: IntArray) -> Prior:
         elbow = [f"j{side}Elbow_{axis}" for axis in ("rotx", "roty", "rotz")]
         if set(elbow) <= set(names):
             hinges.append(np.array([names.index(name) for name in elbow]))
+    room = np.where(settled, 0.0, _room(model)[free])
     prior = Prior(
         mean=reference_angles(model)[free],
         matrix=matrix,
-        lower=model.lower[free],
-        upper=model.upper[free],
+        lower=model.lower[free] - room,
+        upper=model.upper[free] + room,
         hinges=tuple(hinges),
         settled=settled,
     )
     return prior.loosened(np.full(len(free), _FREE_SD_RAD))
+
+
+def _room(model: HumanModel) -> Array:
+    """Room ``(n_dof,)`` rad beyond the limits of outer angles that may swing."""
+    out = np.zeros(model.n_dof)
+    for joint in range(len(model.joint_names)):
+        dofs = model.joint_dofs(joint)
+        if len(dofs) == 3:
+            reach = max(-model.lower[dofs[1]], model.upper[dofs[1]])
+            out[dofs[[0, 2]]] = SWING_RAD if reach > 0.5 * np.pi else 0.0
+    return out
 
 
 def trusting(prior: Prior, poor: Flags) -> Prior:

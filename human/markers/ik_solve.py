@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.markers.ik_priors import Prior, Pull, no_pull
-from human.markers.ik_start import in_reach
 from human.markers.ik_system import MarkerSystem
 from human.model import BASE_NQ, BASE_NV, Array
 from human.threads import single_threaded
@@ -23,8 +22,6 @@ Flags = NDArray[np.bool_]
 #: Frames worked on at once: their matrices then stay in the processor's cache.
 _CHUNK = 512
 _MOST_STEPS = 40
-#: So many steps apart, joints at a limit are looked at.
-_LOOK_AROUND = 6
 #: A step that promises less than this gain of half a squared standard deviation is the last.
 _LAST_GAIN = 1e-8
 #: Longest step of any unknown (m, rad).
@@ -146,11 +143,7 @@ def _descend(
     left = np.full(len(q), np.inf)
     active = np.arange(len(q))
     placed = system.place(q)
-    for count in range(1, _MOST_STEPS + 1):
-        if count % _LOOK_AROUND == 0:
-            # A joint held up at a limit may have room in the other triple of the same rotation.
-            q[active] = in_reach(system.model, q[active])
-            placed = system.place(q[active])
+    for _ in range(_MOST_STEPS):
         here, y, s, known = q[active], marker[active], seen[active], pull.of(active)
         error = (y - placed.marker) * s[..., None]
         distance = np.linalg.norm(error, axis=-1)

@@ -127,17 +127,9 @@ def within_reach(angles: Array, lower: Array, upper: Array) -> Array:
     return np.asarray(np.where((size[0] <= size[1])[:, None], both[0], both[1]))
 
 
-def in_reach(model: HumanModel, q: Array) -> Array:
-    """Returns configurations with each joint beyond its limits in the triple that is less so."""
-    out = q.copy()
-    for joint in range(len(model.joint_names)):
-        dofs = model.joint_dofs(joint)
-        lower, upper = model.lower[dofs], model.upper[dofs]
-        angles = q[:, BASE_NQ + dofs]
-        beyond = np.any((angles <= lower) | (angles >= upper), axis=1)
-        if model.dof_axes[dofs].tolist() == [0, 1, 2] and np.any(beyond):
-            out[np.ix_(beyond, BASE_NQ + dofs)] = within_reach(angles[beyond], lower, upper)
-    return out
+def inside(angles: Array, lower: Array, upper: Array, slack: float = 1e-3) -> Flags:
+    """Returns which triples ``(..., 3)`` lie within limits, or this little outside (rad)."""
+    return np.asarray(np.all((angles >= lower - slack) & (angles <= upper + slack), axis=-1))
 
 
 def _bare_above(model: HumanModel, index: int, turned: set[int]) -> list[int]:

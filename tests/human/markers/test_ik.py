@@ -46,7 +46,12 @@ def seen_without(body, frames: int, segment: str, span: slice, left: int) -> np.
 
 
 def test_exact_markers_give_the_posture_back(model, body, q, shown) -> None:
-    fitted = fit_markers(body, recorded(body, q))
+    recording = recorded(body, q)
+    # Another file of the same person: another prefix, one marker that nobody knows.
+    names = ("Elsewhere:Wand", *(f"Trial:{name}" for name in body.marker_names))
+    more = np.concatenate([np.zeros((len(q), 1, 3)), recording.position], axis=1)
+    seen = np.concatenate([np.ones((len(q), 1), dtype=bool), recording.valid], axis=1)
+    fitted = fit_markers(body, replace(recording, marker_names=names, position=more, valid=seen))
     assert len(fitted.motion) == len(q)
     assert np.max(error_rad(fitted, q, shown)) < 1e-6
     assert np.max(np.abs(fitted.motion.q[:, :3] - q[:, :3])) < 1e-7
