@@ -119,7 +119,7 @@ def loaded_times(
     )
     for k, name in enumerate(names):
         on = stood_on(plates, k, standing)
-        occupied = on.any(axis=1)[nearest]
+        occupied = np.asarray(on.any(axis=1))[nearest]
         spans = loaded_runs(plates.time_s, plates.force[:, k, 2], occupied)
         point, bears = force_points(plates, k, standing.time_s)
         outside = standing.soles.outside_m(point)
@@ -142,25 +142,36 @@ def loaded_times(
 def stood_on(plates: PlateForces, k: int, standing: Standing) -> Mask:
     """Returns when a standing foot is on a plate ``(frames, 2)``, whether or not it bears.
 
-    Of a plate whose corners are not known each foot knows what forces entered under it.
+    Of a plate whose corners are not known each foot knows what forces entered under it. Where
+    this plate alone bears, and the force enters between two standing feet, both are on it.
     """
     area = plates.plates[k].corners
     if area is not None:
         return np.asarray(standing.down & (standing.soles.share_inside([area]) >= _ON_PLATE))
     point, bears = force_points(plates, k, standing.time_s, _SURE_N)
     outside = standing.soles.outside_m(point)
+    near = outside < _SOLE_MARGIN_M
     on = np.zeros_like(standing.down)
     for foot in (0, 1):
-        under = (
-            bears & (outside[:, foot] < _SOLE_MARGIN_M) & (outside[:, 1 - foot] > _SOLE_MARGIN_M)
-        )
+        under = bears & near[:, foot] & ~near[:, 1 - foot]
         if np.any(under):
-            low, high = np.percentile(point[under], (2, 98), axis=0)
-            (x0, y0), (x1, y1) = low - _REACH_M, high + _REACH_M
-            area = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
-            inside = standing.soles.share_inside([area])[:, foot] >= _ON_PLATE
-            on[:, foot] = standing.down[:, foot] & inside
+            on[:, foot] = _within(point[under], _REACH_M, standing)[:, foot]
+    for other in range(len(plates.plates)):
+        if other != k:
+            bears &= ~force_points(plates, other, standing.time_s, _SURE_N)[1]
+    between: Mask = bears & near[:, BOTH] & ~near[:, 0] & ~near[:, 1] & standing.down.all(axis=1)
+    if np.any(between):
+        ground = standing.soles.corners[between][..., :2].reshape(-1, 2)
+        on |= _within(ground, 0.0, standing) & bears[:, None]
     return on
+
+
+def _within(points: Array, reach_m: float, standing: Standing) -> Mask:
+    """Returns when a standing foot is in the box about most of some points ``(frames, 2)``."""
+    low, high = np.percentile(points, (2, 98), axis=0)
+    (x0, y0), (x1, y1) = low - reach_m, high + reach_m
+    area = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+    return np.asarray(standing.down & (standing.soles.share_inside([area]) >= _ON_PLATE))
 
 
 def force_points(

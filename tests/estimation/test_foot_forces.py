@@ -6,8 +6,11 @@ import pytest
 
 from estimation import MeasurementError
 from estimation.foot_forces import FootState, feet_from_plates
-from human import HumanModel, LocalCubic
-from human.marker_recording import ForcePlate
+from estimation.required_wrench import required_wrench
+from estimation.soles import soles_of
+from human import HumanModel, LocalCubic, Motion
+from human.marker_recording import ForcePlate, PlateForces
+from human.recording import ReadingReport
 from human.simulate import SensorNoise
 
 from .plate_scene import PlateScene, floor_plate, plate_forces, walking_scene
@@ -187,6 +190,28 @@ def test_two_feet_on_one_plate_share_it_and_their_sum_is_exact(scene):
     assert alone.sum() > 50
     assert not np.any(both & alone)
     assert np.all(feet.known)
+
+
+def test_both_feet_on_a_plate_of_which_nothing_is_known_but_its_force(scene):
+    """A log often holds one wrench and no corners; it enters between feet that stand abreast."""
+    model = scene.model
+    time_s = np.arange(0.0, 3.0, 0.01)
+    q = np.tile(model.neutral(), (len(time_s), 1))
+    right, _ = soles_of(model, q).center[0]
+    q[:, 2] -= right[2]
+    still = np.zeros((len(time_s), model.nv))
+    motion = Motion(model.dof_names, time_s, q, still, still)
+    needed = required_wrench(model, motion)
+    # Leans from one side to the other, once so far that the force is all but under one sole.
+    needed[:, 3] += 0.06 * needed[:, 2] * np.sin(2.0 * time_s)
+    plate = ForcePlate("log", np.zeros(3), 0.0)
+    plates = PlateForces(
+        time_s, (plate,), needed[:, None, :3], needed[:, None, 3:], ReadingReport()
+    )
+    feet = feet_from_plates(model, motion, plates, window_s=0.0)
+    assert [stance.foot for stance in feet.stances] == ["both"]
+    assert np.all(feet.right.state == FootState.SHARED)
+    np.testing.assert_allclose(feet.right.wrench + feet.left.wrench, needed, atol=1e-6)
 
 
 def test_half_a_foot_on_a_plate_is_not_known(scene):
