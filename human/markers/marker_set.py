@@ -32,6 +32,7 @@ _MIDLINE_ROLES = {
     "t8": "spinous process of T8 (or T10)",
     "jugular_notch": "upper end of the breastbone",
     "xiphoid": "lower end of the breastbone",
+    "head_top": "top of the head",
 }
 _KEYS = ("schema", "name", "title", "source", "not_markers", "pelvis_dip_deg", "markers")
 _SIDED_ROLES = {
@@ -61,6 +62,7 @@ _SIDED_ROLES = {
     "hand_fifth": "knuckle of the little finger",
     "head_front": "front of the head",
     "head_back": "back of the head",
+    "head_side": "temple, or side of the head",
 }
 #: Every bony point a marker may show, in words.
 ROLES: Mapping[str, str] = {

@@ -21,6 +21,9 @@ from human.model import Array, Sex, Subject
 #: people whose chest has all four points.
 _PELVIS_DIP_RAD = np.deg2rad(PELVIS_DIP_DEG)
 _CHEST_DIP_RAD = np.deg2rad(26.0)
+#: Distance from C7 to the breastbone's upper end over stature, where one of them is not seen: the
+#: mean of the same people's.
+_CHEST_DEPTH = 0.085
 #: Harrington et al. 2007: hip centre in the plane of the iliac spines from the middle of the front
 #: ones: forward per pelvis depth, up and outward per pelvis width, and a constant (m).
 _HARRINGTON = {"x": (-0.24, -0.0099), "z": (-0.30, -0.0109), "y": (0.33, 0.0073)}
@@ -133,6 +136,7 @@ class Chest:
         lean: ``(n, 3)`` unit, from C7 to the breastbone's upper end.
         over: ``(n, 3)`` unit, at right angles to it, upward.
         depth_m: from C7 to the breastbone's upper end.
+        notes: what was assumed.
     """
 
     axes: Array
@@ -140,34 +144,52 @@ class Chest:
     lean: Array
     over: Array
     depth_m: float
+    notes: tuple[str, ...] = ()
 
 
-def measure_chest(landmarks: Landmarks, subject: Subject) -> Chest | None:
-    """Measures the chest; None if C7 and the breastbone's upper end are not seen together.
+def measure_chest(landmarks: Landmarks, pelvis: Pelvis, subject: Subject) -> Chest | None:
+    """Measures the chest; None if neither C7 and the breastbone nor both shoulders are seen.
 
     Source: axes after Wu et al. 2005 (ISB) where the lower points are seen; else from the line C7
-    to breastbone, its usual dip and the line of the shoulders. C7/T1: Reed et al. 1999.
+    to breastbone, its usual dip and the line of the shoulders; C7/T1 Reed et al. 1999. Derived
+    here: without that line, the chest stands on L5S1 and has the shoulders in its middle.
     """
-    notch, found = landmarks.first("jugular_notch", ("right_sternal", "left_sternal"))
+    notch = landmarks.first("jugular_notch", ("right_sternal", "left_sternal"))[0]
     c7 = landmarks.of("c7")
-    ahead = notch - c7
-    if found is None or not np.any(np.isfinite(ahead)):
-        return None
     shoulders = landmarks.of("left_acromion") - landmarks.of("right_acromion")
-    if landmarks.has("c7", "t8", "xiphoid"):
-        rise = 0.5 * (notch + c7) - landmarks.middle("t8", "xiphoid")
-        # All four points lie in the middle plane, whatever the arms do.
-        axes = axes_along(rise, 2, ahead, 0)
+    depth = _CHEST_DEPTH * subject.height_m
+    notes: tuple[str, ...] = ()
+    if np.any(np.isfinite(notch - c7)):
+        ahead = notch - c7
+        depth = float(median(np.linalg.norm(ahead, axis=-1)))
+        if landmarks.has("c7", "t8", "xiphoid"):
+            rise = 0.5 * (notch + c7) - landmarks.middle("t8", "xiphoid")
+            # All four points lie in the middle plane, whatever the arms do.
+            axes = axes_along(rise, 2, ahead, 0)
+        else:
+            hips = landmarks.of("left_asis") - landmarks.of("right_asis")
+            across = shoulders if np.any(np.isfinite(shoulders)) else hips
+            axes = axes_along(ahead, 0, across, 1) @ _about_y(-_CHEST_DIP_RAD)
+    elif np.any(np.isfinite(shoulders)):
+        middle = landmarks.middle("right_acromion", "left_acromion")
+        lumbar = pelvis.origin + from_axes(pelvis.axes, pelvis.lumbar_local)
+        axes = axes_along(middle - lumbar, 2, shoulders, 1)
+        ahead = depth * (axes @ _about_y(_CHEST_DIP_RAD))[..., 0]
+        if np.any(np.isfinite(notch)):
+            c7 = notch - ahead
+        elif not np.any(np.isfinite(c7)):
+            c7 = middle - 0.5 * ahead
+        notes = (
+            "The chest's lean is that of the line from L5S1 to the shoulders: C7 and the "
+            "breastbone are not both seen.",
+        )
     else:
-        hips = landmarks.of("left_asis") - landmarks.of("right_asis")
-        across = shoulders if np.any(np.isfinite(shoulders)) else hips
-        axes = axes_along(ahead, 0, across, 1) @ _about_y(-_CHEST_DIP_RAD)
-    depth = float(median(np.linalg.norm(ahead, axis=-1)))
+        return None
     ratio, angle = _of_sex(_CERVICAL, subject.sex)
     lean = unit(ahead)
     over = axes_along(lean, 0, axes[..., 2], 2)[..., 2]
     cervical = c7 + ratio * depth * (np.cos(angle) * lean + np.sin(angle) * over)
-    return Chest(axes, cervical, lean, over, depth)
+    return Chest(axes, cervical, lean, over, depth, notes)
 
 
 def _of_sex(table: dict[str, tuple[float, float]], sex: Sex) -> tuple[float, float]:

@@ -61,6 +61,11 @@ class RecognisedMarkers:
         count = len(self.place_of) + len(self.unknown)
         return len(self.place_of) / count if count else 0.0
 
+    @property
+    def landmarks(self) -> tuple[str, ...]:
+        """The recording's markers that show a bony point."""
+        return tuple(name for name, place in self.place_of.items() if place.role)
+
     def name_of_role(self, role: str) -> str | None:
         """Returns the recording's name of the marker that shows a bony point."""
         return next((n for n, place in self.place_of.items() if place.role == role), None)
@@ -97,15 +102,16 @@ def recognise_marker_set(names: Sequence[str]) -> RecognisedMarkers:
     """
     best = max(
         (match_markers(names, marker_set) for marker_set in known_marker_sets()),
-        key=lambda match: (len(match.place_of), match.share, -len(match.missing)),
-    )
-    landmarks = sum(place.role is not None for place in best.place_of.values())
-    if best.share < LEAST_SHARE or landmarks < _LEAST_LANDMARKS:
+        key=lambda match: (
+            len(match.place_of), match.share, len(match.landmarks), -len(match.missing)
+        ),
+    )  # fmt: skip
+    if best.share < LEAST_SHARE or len(best.landmarks) < _LEAST_LANDMARKS:
         raise UnknownMarkerSetError(
             names,
             best.marker_set.name,
             [s.name for s in known_marker_sets()],
             f"it names {len(best.place_of)} of {len(best.place_of) + len(best.unknown)} markers, "
-            f"{landmarks} of them bony points.",
+            f"{len(best.landmarks)} of them bony points.",
         )
     return best

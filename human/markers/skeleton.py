@@ -82,9 +82,13 @@ def measure_skeleton(
         )
         ball[2] = generic[f"j{side}BallFoot"][2]
         offsets[f"j{side}BallFoot"] = ball
+        # The toes are taken as straight, on the whole.
+        axes[f"{side}Toe"] = leg.axes["Foot"]
+        origin[f"{side}Toe"] = leg.centers["Ankle"] + from_axes(leg.axes["Foot"], ball)
         notes += leg.notes
-    chest = measure_chest(landmarks, subject)
+    chest = measure_chest(landmarks, pelvis, subject)
     if chest is not None:
+        notes += chest.notes
         _measure_spine(pelvis, chest, generic, offsets, axes, origin)
         for side in SIDES:
             arm = measure_arm(landmarks, chest, side, subject.height_m)
@@ -196,6 +200,10 @@ def _measure_head(
     left = landmarks.middle("left_head_front", "left_head_back")
     right = landmarks.middle("right_head_front", "right_head_back")
     raw = axes_along(left - right, 1, front - back, 0)
+    if not _seen(raw):
+        across = landmarks.of("left_head_side") - landmarks.of("right_head_side")
+        top = landmarks.of("head_top") - landmarks.middle("right_head_side", "left_head_side")
+        raw = axes_along(across, 1, top, 2)
     turn = mean_turn(raw, chest.axes, np.arange(len(raw)))
     # Only the nod is taken from the chest; the other two directions are the markers' own.
     nod = np.arctan2(turn[0, 2], turn[2, 2])

@@ -187,8 +187,9 @@ def _bony_point(
     if joint in ("heel", "toe"):
         return f"{side}Foot", _foot_point(model, side, point, out)
     if joint == "head":
-        ahead = 0.09 if way == "front" else -0.09
-        return "Head", _vector(ahead, out * 0.07, 0.12)
+        across = 0.0 if way == "top" else out * 0.07
+        ahead = {"front": 0.09, "back": -0.09}.get(way, 0.0)
+        return "Head", _vector(ahead, across, 0.2 if way == "top" else 0.12)
     if point in ("asis", "psis", "sacrum", "hip_center"):
         return "Pelvis", _pelvis_point(model, out, point, worn.pelvis_dip_deg)
     return "T8", _chest_point(model, subject, side, out, point)
@@ -198,7 +199,7 @@ def _foot_point(model: HumanModel, side: str, point: str, out: float) -> Array:
     ball = _offset(model, f"j{side}BallFoot")
     if point == "heel":
         return _vector(-0.35 * ball[0], 0.0, ball[2])
-    across = {"toe_first": -0.03, "toe_second": 0.0, "toe_fifth": 0.04}[point]
+    across = {"toe_first": -0.035, "toe_second": 0.0, "toe_fifth": 0.035}[point]
     return ball + _vector(0.0, out * across, 0.02)
 
 

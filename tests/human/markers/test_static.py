@@ -62,11 +62,18 @@ def test_a_known_body_is_found_again(marker_set: MarkerSet) -> None:
         j for j, joint in enumerate(model.joint_names)
         if joint not in ON_SPINE and f"{model.segment_names[j + 1]}" in found.observed
     ]  # fmt: skip
-    np.testing.assert_allclose(found.model.offsets[shown], model.offsets[shown], atol=1e-12)
+    # Without C7 and the breastbone the chest's lean is a guess, and the arms hang on it.
+    roles = marker_set.roles()
+    guessed = "c7" not in roles or not roles & {"jugular_notch", "right_sternal"}
+    assert guessed == any("both seen" in note for note in found.notes)
+    tolerance = 0.02 if guessed else 1e-12
+    np.testing.assert_allclose(found.model.offsets[shown], model.offsets[shown], atol=tolerance)
+    legs = [j for j in shown if any(p in model.joint_names[j] for p in ("Hip", "Knee", "Ankle"))]
+    np.testing.assert_allclose(found.model.offsets[legs], model.offsets[legs], atol=1e-12)
     assert found.marker_names == worn.marker_names
     spine = [model.segment_index(name) for name in ("L5", "L3", "T12", "T8")]
     free = ~np.isin(worn.segment, spine)
-    np.testing.assert_allclose(found.offset[free], worn.offset[free], atol=1e-12)
+    np.testing.assert_allclose(found.offset[free], worn.offset[free], atol=tolerance)
     assert set(found.observed) >= set(worn.observed)
 
 
