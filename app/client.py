@@ -251,9 +251,12 @@ class Client:
         response = self._send("GET", f"/v1/estimates/{estimate_id}/series.parquet")
         Path(path).write_bytes(response.content)
 
-    def score(self, recording_id: str, **options: Any) -> dict[str, Any]:
-        """Scores a recording; ``options`` are the other fields of ``POST /v1/scores``."""
-        body = {"recording_id": recording_id, **options}
+    def score(self, recording_id: str | None = None, **options: Any) -> dict[str, Any]:
+        """Scores a recording; ``options`` are the other fields of ``POST /v1/scores``.
+
+        With ``estimate_id`` instead, its recording is scored with the payload it found.
+        """
+        body = options if recording_id is None else {"recording_id": recording_id, **options}
         return dict(self._send("POST", "/v1/scores", json=body).json())
 
     def worksheet(self, method: str, worksheet: Mapping[str, Any]) -> dict[str, Any]:

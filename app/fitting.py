@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.problems import Unreadable
 from app.takes import Part, Take
-from human import HumanModel, Motion, Subject
+from human import HumanModel, JointLog, Motion, Subject, generate_model
 from human.differentiate import WINDOW_S as DIFFERENTIATED_OVER_S
 from human.errors import RecordingError
 from human.mapped_arrays import forget_pages
@@ -20,6 +20,7 @@ from human.markers import (
     body_from_static,
     fit_markers_in_windows,
 )
+from human.names import JOINT_OF_SEGMENT
 from human.pose import fit_recording
 from human.readers import (
     marker_format,
@@ -27,6 +28,7 @@ from human.readers import (
     read_markers,
     read_plates,
     read_recording,
+    read_table,
 )
 from human.recording import Recording
 
@@ -130,6 +132,11 @@ def body_in_motion(
         )
     if kind is None:
         return _skeleton(take, who, accept, window_s)
+    if kind in ("csv", "mat") and take.columns is not None:
+        columns = take.columns.path
+        table = _named(take.motion, lambda: read_table(take.motion.path, columns))
+        if table.joints is not None and table.joints.joint_names and table.markers is None:
+            return _log(take, table.joints, table.plates, who, window_s)
     return _markers(take, who, accept, window_s)
 
 
@@ -177,13 +184,6 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
     fitted = _named(take.motion, lambda: fit_recording(recording, subject, accept=accept))
     missing = {name for name, state in recording.segment_status.items() if state == "unmeasured"}
 
-    def windows(body: BodyInMotion) -> Iterator[Motion]:
-        time_s = fitted.motion.time_s
-        for start in np.arange(time_s[0], time_s[-1] + window_s, window_s):
-            frames = (time_s >= start) & (time_s < start + window_s)
-            if np.any(frames):
-                yield fitted.motion.select(frames)
-
     body = BodyInMotion(
         model=fitted.model,
         subject=subject,
@@ -196,7 +196,7 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
         unobserved=frozenset(missing | set(fitted.diagnostics.filled_segments)),
         plates=forces_of(take),
         plates_from=take.grf.name if take.grf else "",
-        _windows=windows,
+        _windows=lambda _: _stretches(fitted.motion, window_s),
     )
     body.fit.update(fitted.diagnostics.summary())
     body.fit["conversions"] = list(recording.report.conversions)
@@ -204,6 +204,49 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
     if take.static is not None:
         body.say(f"{take.static.name} is not used: {recording.format} has a skeleton of its own")
     return body
+
+
+def _log(
+    take: Take, log: JointLog, own_plates: PlateForces | None, who: Who, window_s: float
+) -> BodyInMotion:
+    if callable(who):
+        raise Unreadable(
+            f"{take.motion.name}: joint angles do not show who moves. State stature and mass."
+        )
+    model = generate_model(who)
+    motion = _named(take.motion, lambda: log.to_motion(model))
+    told = {name.rpartition("_")[0] for name in (*log.joint_names, *log.kept)}
+    plates = forces_of(take) or own_plates
+
+    body = BodyInMotion(
+        model=model,
+        subject=who,
+        source=take.motion.name,
+        format=log.format,
+        digest=log.digest,
+        time_s=log.time_s,
+        rate_hz=log.rate_hz,
+        differentiated_over_s=DIFFERENTIATED_OVER_S,
+        unobserved=frozenset(s for s, j in JOINT_OF_SEGMENT.items() if j not in told),
+        plates=plates,
+        plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
+        _windows=lambda _: _stretches(motion, window_s),
+    )
+    body.fit["conversions"] = list(log.report.conversions)
+    body.say(
+        *(f"{what}: {why}" for what, why in motion.provenance.assumed.items()),
+        *(finding.message for finding in log.report.findings),
+        "lengths are those usual at this stature: a log of angles does not show them",
+    )
+    return body
+
+
+def _stretches(motion: Motion, window_s: float) -> Iterator[Motion]:
+    time_s = motion.time_s
+    for start in np.arange(time_s[0], time_s[-1] + window_s, window_s):
+        frames = (time_s >= start) & (time_s < start + window_s)
+        if np.any(frames):
+            yield motion.select(frames)
 
 
 def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> BodyInMotion:

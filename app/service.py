@@ -22,8 +22,8 @@ class ErgocastService:
         )
         self.models = Models(settings.data / "models")
         self.recordings = Recordings(settings.data / "recordings")
-        self.scores = Scores(settings.data / "scores", self.recordings)
         self.estimates = Estimates(settings.data / "estimates", self.recordings, self.operations)
+        self.scores = Scores(settings.data / "scores", self.recordings, self.estimates)
         self.assessments = Assessments(
             settings.data / "assessments", self.models, self.operations, settings.sync_point_limit
         )

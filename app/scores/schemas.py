@@ -1,18 +1,22 @@
 """What a client asks of a recording's scores, and what it gets."""
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.assessments.schemas import Assumption, Posture
+from app.estimates.schemas import PeakEffort
 
 
 class ScoreRequest(BaseModel):
-    """A recording to score; what is left out is assumed and named."""
+    """A recording or an estimate of one to score; what is left out is assumed and named."""
 
     model_config = ConfigDict(extra="forbid")
 
-    recording_id: str
+    recording_id: str | None = None
+    #: Instead: its recording is scored with the person and the payload that the estimate has, and
+    #: the answer holds the articular stress.
+    estimate_id: str | None = None
     height_m: float | None = Field(default=None, strict=True, gt=0.0, le=3.0, allow_inf_nan=False)
     mass_kg: float | None = Field(default=None, strict=True, gt=0.0, le=500.0, allow_inf_nan=False)
     sex: Literal["female", "male", "unknown"] | None = None
@@ -27,6 +31,12 @@ class ScoreRequest(BaseModel):
     )
     #: Findings of the recording (codes) to go on in spite of, such as ``sides``.
     accept: list[str] = []
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.recording_id is None) == (self.estimate_id is None):
+            raise ValueError("expected recording_id or estimate_id, one of them")
+        return self
 
 
 class SideScores(BaseModel):
@@ -76,6 +86,9 @@ class ScoreResult(BaseModel):
 
     id: str
     recording_id: str
+    estimate_id: str | None = None
+    #: Efforts of the joints with bands, greatest first; of an estimate alone.
+    articular_stress: list[PeakEffort] | None = None
     time_s: list[float]
     #: Frames between two entries of the time series; summaries use every frame.
     every_frames: int

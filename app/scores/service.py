@@ -1,6 +1,7 @@
 """Scores recordings and keeps each answer by its content."""
 
 import hashlib
+import json
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.assessments.schemas import Assumption
+from app.estimates.service import Estimates
 from app.files import check_id, dump_json, write_bytes
 from app.fitting import body_in_motion
 from app.plain import plain, rounded
@@ -48,30 +50,42 @@ Array = NDArray[np.float64]
 class Scores:
     """One folder per answer: the scores and the person's URDF."""
 
-    def __init__(self, folder: Path, recordings: Recordings) -> None:
+    def __init__(self, folder: Path, recordings: Recordings, estimates: Estimates) -> None:
         """Keeps answers under ``folder``."""
         self._folder = folder
         self._recordings = recordings
+        self._estimates = estimates
         self._storing = threading.Lock()
 
     def answer(self, request: ScoreRequest) -> bytes:
-        """Returns the scores of a recording.
+        """Returns the scores of a recording, or of the one that an estimate is of.
 
         Raises:
-            NotFound: There is no such recording.
+            NotFound: There is no such recording or estimate.
             InvalidRequest: The person cannot be, or the recording was refused.
         """
-        take = self._recordings.take(request.recording_id)
+        estimate: dict[str, Any] | None = None
+        if request.estimate_id is not None:
+            estimate = json.loads(self._estimates.content(request.estimate_id))
+        recording_id = str((estimate or request.model_dump())["recording_id"])
+        take = self._recordings.take(recording_id)
         added = [f"{role} {part.path.name}" for role, part in take.parts().items()]
         key = "\n".join([VERSION, str(_REVISION), request.model_dump_json(), *added])
         identifier = f"scr_{hashlib.sha256(key.encode()).hexdigest()}"
         path = self._folder / identifier / "score.json"
         if path.is_file():
             return path.read_bytes()
-        result, model = score_take(take, request)
+        if estimate is None:
+            result, model = score_take(take, request)
+        else:
+            known, assumed = with_estimate(request, estimate)
+            result, model = score_take(take, known)
+            result["assumed"] = [*assumed, *result["assumed"]]
+            result["articular_stress"] = estimate["efforts"]
         answer = {
             "id": identifier,
-            "recording_id": request.recording_id,
+            "recording_id": recording_id,
+            "estimate_id": request.estimate_id,
             **result,
             "model_urdf_url": f"/v1/scores/{identifier}/urdf",
         }
@@ -102,6 +116,42 @@ class Scores:
         if not path.is_file():
             raise NotFound(f"There is no score {identifier!r}.")
         return path.read_bytes()
+
+
+def with_estimate(
+    request: ScoreRequest, estimate: Mapping[str, Any]
+) -> tuple[ScoreRequest, list[dict[str, Any]]]:
+    """Fills in what an estimate knows: the person, and the load where the request has none.
+
+    Args:
+        request: As it came.
+        estimate: The summary.
+
+    Returns:
+        The request with those, and what is assumed about the load.
+    """
+    person = estimate["person"]
+    known: dict[str, Any] = {
+        key: person[key] for key in ("height_m", "mass_kg", "sex") if getattr(request, key) is None
+    }
+    assumed = []
+    if request.hand_load_kg is None and estimate["holds"]:
+        loaded = [hold["mass_kg"] for hold in estimate["holds"] if hold["state"] == "loaded"]
+        most = max(loaded, key=lambda mass: mass["p50"], default=None)
+        known["hand_load_kg"] = 0.0 if most is None else max(0.0, most["p50"])
+        span = ""
+        if most is not None and most["p05"] is not None:
+            span = f"{most['p05']:.1f} to {most['p95']:.1f} kg"
+        assumed.append(
+            Assumption(
+                what="load in the hands",
+                value=f"{known['hand_load_kg']:.1f} kg at every instant, the most that the "
+                "estimate found held",
+                range=span,
+                effect="points for the load",
+            ).model_dump()
+        )
+    return request.model_copy(update=known), assumed
 
 
 def score_take(take: Take, request: ScoreRequest) -> tuple[dict[str, Any], HumanModel]:

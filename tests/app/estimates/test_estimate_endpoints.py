@@ -119,6 +119,23 @@ def test_scores_take_markers(served: TestClient, recording: str) -> None:
     assert nobody.status_code == 422 and "/height_m" in nobody.text
 
 
+def test_scores_of_an_estimate_take_its_payload_and_hold_the_articular_stress(
+    served: TestClient, recording: str, estimate: dict[str, Any]
+) -> None:
+    answer = served.post("/v1/scores", json={"estimate_id": estimate["id"]})
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert (found["recording_id"], found["estimate_id"]) == (recording, estimate["id"])
+    assert found["articular_stress"] == estimate["efforts"]
+    person = {"height_m": 1.75, "mass_kg": 72.0, "sex": "male"}
+    held = next(hold for hold in estimate["holds"] if hold["state"] == "loaded")
+    body = {"recording_id": recording, **person, "hand_load_kg": held["mass_kg"]["p50"]}
+    assert found["rula"] == served.post("/v1/scores", json=body).json()["rula"]
+    assert found["assumed"][0]["what"] == "load in the hands"
+    neither = served.post("/v1/scores", json={})
+    assert neither.status_code == 422 and "estimate_id" in neither.text
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
