@@ -16,6 +16,9 @@ GRAVITY_MS2 = 9.81
 Definition = Literal["inertial", "vertical", "norm"]
 #: A hand's force is told apart if its spread fell below this share of the widest one beforehand.
 TOLD_APART = 0.3
+#: Correlation of the errors of a load's force and of its acceleration, between none and whole; held
+#: to coverage by ``benchmarks.estimation.uncertainty``.
+TOGETHER = 0.5
 #: Below this proper acceleration a held mass weighs too little to be found, m/s^2.
 LEAST_PULL = 1.0
 
@@ -73,7 +76,9 @@ def payload(
 
     Source: Tirupachuri et al. 2021, section IV-C2 (``norm``). Derived here: a held mass ``m`` whose
     proper acceleration is ``a`` pulls with ``F = -m a``, so least squares give
-    ``m = -F'a / a'a``, linear in ``F`` and so Gaussian with it.
+    ``m = -F'a / a'a``, linear in ``F`` and so Gaussian with it. An error ``d`` of ``a`` changes it
+    by ``-m a'd / a'a``. What moves the hand wrongly moves the body wrongly, too, so the two errors
+    are related; their correlation is not worked out but taken to be `TOGETHER`.
     """
     if not estimate.sites:
         raise MissingMeasurementError(
@@ -99,6 +104,9 @@ def payload(
     sd, quantiles = None, None
     if covariance is not None:
         sd = np.sqrt(np.einsum("ni,nij,nj->n", direction, covariance, direction))
+        if definition == "inertial":
+            other = np.abs(mass) * np.sqrt(_pull_variance(estimate, links))
+            sd = np.sqrt(sd**2 + 2.0 * TOGETHER * sd * other + other**2)
         if definition == "norm":
             quantiles = norm_quantiles(force, covariance, probabilities) / GRAVITY_MS2
         else:
@@ -116,6 +124,20 @@ def payload(
         weightless=weightless,
         bands=estimate.bands,
     )
+
+
+def _pull_variance(estimate: Estimate, links: Sequence[int]) -> Array:
+    """Variance ``(n,)`` of the sites' proper acceleration along itself, as a share of its square.
+
+    As if the sites' errors were the same, and each site's axes' errors not related.
+    """
+    if estimate.link_acceleration_sd is None:
+        return np.zeros(len(estimate.frames))
+    pull = estimate.link_acceleration[:, links, :3]
+    size = np.maximum(np.sum(pull**2, axis=-1), LEAST_PULL**2)
+    along = pull / size[..., None]
+    spread = along**2 * estimate.link_acceleration_sd[:, links, :3] ** 2
+    return np.asarray(np.mean(np.sum(spread, axis=-1), axis=1))
 
 
 def _sum_covariance(estimate: Estimate, rotation: Array) -> Array | None:

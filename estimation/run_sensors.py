@@ -17,7 +17,7 @@ HANDS = ("RightHandCOM", "LeftHandCOM")
 UNMEASURED_SD = 2000.0
 #: Where errors of the model are stated, the pelvis takes up the moment by which they make body and
 #: plates disagree: so many metres of the body's weight. Else the hands would, as a load.
-PELVIS_LEVER_M = 0.03
+PELVIS_LEVER_M = 0.02
 #: How unseen a segment's acceleration is, m/s^2.
 UNSEEN_ACCELERATION = 5.0
 #: How far beside the hand's centre an unnoticed load may push, m.

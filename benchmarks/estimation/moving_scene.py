@@ -36,9 +36,22 @@ class Scene:
 
 
 def moving_scene(
-    model: HumanModel, frames: int, rng: np.random.Generator, load_kg: float = 5.0
+    model: HumanModel,
+    frames: int,
+    rng: np.random.Generator,
+    load_kg: float = 5.0,
+    *,
+    beside: float = 0.1,
 ) -> Scene:
-    """Makes upright postures in motion, arms out; both feet share what balance asks."""
+    """Makes upright postures in motion, arms out; both feet share what balance asks.
+
+    Args:
+        model: the person.
+        frames: how many.
+        rng: source of all randomness.
+        load_kg: in the right hand.
+        beside: N m, standard deviation of the load's moment about the hand's centre.
+    """
     q = np.zeros((frames, model.nq))
     tilt = rotation_vector_to_quaternion(0.2 * rng.normal(size=(frames, 3)))
     yaw = np.zeros((frames, 3))
@@ -52,9 +65,7 @@ def moving_scene(
     accelerations = link_accelerations(tree, kinematics, base, a[:, 6:])
     hand = tree.link_names.index("RightHandCOM")
     pull = -load_kg * times(kinematics.rotation[hand], accelerations[hand, :, :3])
-    # The load's centre is as far beside the hand's as the estimator is told.
-    free = FreeWrench("RightHandCOM")
-    twist = free.moment_sd * rng.normal(size=(frames, 3))
+    twist = beside * rng.normal(size=(frames, 3))
     held = Wrench("RightHandCOM", pull, times(kinematics.rotation[hand], twist))
     needed = inverse_dynamics(model, q, v, a, [held])[:, :6]
     force = times(kinematics.rotation[0], needed[:, :3])
@@ -63,7 +74,7 @@ def moving_scene(
     for link in feet.values():
         lever = kinematics.position[link] - kinematics.position[0]
         moment = moment - cross(lever, 0.5 * force)
-    sensors: list[Measurement] = [JointAcceleration(a[:, 6:], 0.05**2), free]
+    sensors: list[Measurement] = [JointAcceleration(a[:, 6:], 0.05**2), FreeWrench("RightHandCOM")]
     wrenches = [held]
     for name, link in feet.items():
         wrenches.append(Wrench(name, 0.5 * force, 0.5 * moment))
