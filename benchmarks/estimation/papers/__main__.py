@@ -29,6 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--urdf", type=Path, help="folder with IIT's humanSubject03_66dof.urdf")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--length", type=float, default=1.0, help="of the times postures are held")
+    parser.add_argument("--dpi", type=int, default=110, help="of the PNGs")
     options = parser.parse_args(arguments)
     unknown = sorted(set(options.names) - set(EXPERIMENTS))
     if unknown:
@@ -38,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     for name in options.names or EXPERIMENTS:
         start = time.perf_counter()
         report = EXPERIMENTS[name](scenes)
-        paths = report.save(options.out)
+        paths = report.save(options.out, options.dpi)
         failed += report.failed
         sys.stdout.write(f"{report.text()}\n\n")
         for path in paths:

@@ -52,8 +52,8 @@ def experiment(scenes: Scenes) -> Report:
             "The paper's measure rewards believing the sensors: with its covariances the estimate "
             "repeats their noise and is as wrong as they are. With the noise as covariance it is "
             "further from the measurement, nearer to the truth, and says how near.",
-            "The paper prints only the range of its covariances; these are the ones in it that come "
-            "nearest to its Table 2.",
+            "The paper prints only the range of its covariances; these are the ones in it that "
+            "come nearest to its Table 2.",
             f"{lost:.0f} % of the frames lack some sensor: with the noise as covariance it "
             "counts for nothing there, with the paper's its last reading stands: see T4.",
         ),

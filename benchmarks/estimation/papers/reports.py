@@ -64,13 +64,13 @@ class Report:
         """How many bars were failed."""
         return sum(table.failed for table in self.tables)
 
-    def save(self, folder: Path) -> list[Path]:
-        """Writes the figures as PNG."""
+    def save(self, folder: Path, dpi: int = 110) -> list[Path]:
+        """Writes the figures as PNG, ``dpi`` dots an inch."""
         folder.mkdir(parents=True, exist_ok=True)
         paths = []
         for stem, figure in self.figures.items():
             paths.append(folder / f"{stem}.png")
-            figure.savefig(paths[-1], dpi=110)
+            figure.savefig(paths[-1], dpi=dpi)
         return paths
 
 
