@@ -180,6 +180,7 @@ def fit_recording(
             "near_singular": np.any(diagnostics.near_singular, axis=1),
         },
         provenance=_provenance(recording, filled, accept),
+        spherical=[model.joint_dofs(joint) for joint in range(len(model.joint_names))],
     )
     return FittedRecording(model, motion, diagnostics)
 
