@@ -7,7 +7,7 @@ import numpy as np
 from human.generate import scale_model
 from human.marker_recording import MarkerRecording
 from human.markers.body import MarkerBody
-from human.markers.errors import MarkersRefusedError, MissingLandmarksError
+from human.markers.errors import MarkerBodyError, MarkersRefusedError, MissingLandmarksError
 from human.markers.landmarks import Landmarks, frames_with, in_axes, median
 from human.markers.marker_set import MarkerSet
 from human.markers.plausible import (
@@ -57,6 +57,7 @@ def body_from_static(
     Raises:
         UnknownMarkerSetError: no known set names half of the markers, and none was given.
         MissingLandmarksError: the four points of the pelvis are not seen together.
+        MarkerBodyError: the pelvis's markers lie on a line.
         MarkersRefusedError: wrong units, vertical, sides or stature, not named in ``accept``.
     """
     matched = (
@@ -70,6 +71,11 @@ def body_from_static(
     findings = unit_findings(landmarks, source)
     _refuse(findings, accept, source)
     skeleton = measure_skeleton(landmarks, subject, matched.marker_set.pelvis_dip_deg)
+    if "Pelvis" not in skeleton.axes:
+        raise MarkerBodyError(
+            f"{source}, pelvis: expected markers that span a plane, got all on one line or point; "
+            "check which marker is which."
+        )
     findings += posture_findings(landmarks, skeleton, source)
     _refuse(findings, accept, source)
     findings += length_findings(skeleton, subject.height_m, source)

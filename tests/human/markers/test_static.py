@@ -10,6 +10,7 @@ from human import HumanModel, Subject, forward_kinematics, generate_model, scale
 from human.marker_recording import MarkerRecording
 from human.markers import (
     MarkerBody,
+    MarkerBodyError,
     MarkerSet,
     MarkersRefusedError,
     MissingLandmarksError,
@@ -163,6 +164,20 @@ def test_a_pelvis_that_is_not_seen_whole_is_refused() -> None:
     valid[:, recording.marker_names.index("L.PSIS")] = False
     with pytest.raises(MissingLandmarksError, match="left_psis"):
         body_from_static(changed(recording, valid=valid), SUBJECT)
+
+
+def test_a_pelvis_on_one_line_is_refused() -> None:
+    model = unlike_the_tables()
+    recording = recorded(wear_markers(model, "opencap"), standing(model))
+    position = recording.position.copy()
+    right, left, *back = (
+        recording.marker_names.index(f"{side}.{spine}")
+        for spine in ("ASIS", "PSIS")
+        for side in "rL"
+    )
+    position[:, back] = 0.5 * (position[:, right] + position[:, left])[:, None]
+    with pytest.raises(MarkerBodyError, match="span a plane"):
+        body_from_static(changed(recording, position=position), SUBJECT)
 
 
 def swapped(recording: MarkerRecording, *parts: str) -> MarkerRecording:
