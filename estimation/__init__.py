@@ -26,11 +26,16 @@ from estimation.covariances import (
 )
 from estimation.effort import JointEfforts, JointLoad, joint_efforts, joint_load
 from estimation.errors import (
+    CovarianceError,
     EstimationError,
     IllConditionedError,
+    KernelMissingError,
     MeasurementError,
+    MissingMeasurementError,
     NoContactError,
     SingularContactsError,
+    TreeError,
+    UnknownLinkError,
 )
 from estimation.estimate_record import Estimate, Method
 from estimation.foot_contacts import FootContacts, contacts_of_motion, contacts_of_tracks
@@ -39,14 +44,6 @@ from estimation.foot_forces import feet_from_plates
 from estimation.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
 from estimation.kernel import KernelState, compile_kernel, kernel_state
-from estimation.map_errors import (
-    CovarianceError,
-    KernelMissingError,
-    MissingMeasurementError,
-    SensorError,
-    TreeError,
-    UnknownLinkError,
-)
 from estimation.map_estimator import estimate
 from estimation.model_uncertainty import ModelErrors
 from estimation.norm_quantiles import norm_quantiles
@@ -131,7 +128,6 @@ __all__ = [
     "RunSettings",
     "RunSettingsError",
     "RunSummary",
-    "SensorError",
     "SingularContactsError",
     "StanceCalibration",
     "TreeError",

@@ -7,7 +7,7 @@ touches bears at most some hundredths of a newton.
 
 from dataclasses import dataclass
 
-from estimation.map_errors import CovarianceError
+from estimation.errors import CovarianceError
 
 #: Beyond this, a force that is free beside a moment that is not leaves no digits in its variance.
 LARGEST_FREE_VARIANCE = 1e5

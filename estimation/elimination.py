@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.map_errors import CovarianceError
+from estimation.errors import CovarianceError
 from estimation.problem import Problem
 from estimation.spatial import Array, inverse, symmetric, times, transposed
 

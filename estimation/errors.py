@@ -11,12 +11,20 @@ class EstimationError(Exception):
 
 
 class MeasurementError(EstimationError):
-    """A measurement is malformed; ``index`` is the first frame at fault, if one is."""
+    """A measurement is malformed: wrong shape, not finite, or nothing that was ever measured.
 
-    def __init__(self, message: str, index: int | None = None) -> None:
-        """Keeps the first offending frame beside the message, and names it there."""
-        super().__init__(message if index is None else f"{message} at frame {index}")
-        self.index = index
+    Attributes:
+        frames: the frames at fault; empty where the whole measurement is.
+    """
+
+    def __init__(self, message: str, frames: int | Sequence[int] | None = ()) -> None:
+        """Builds the message from what is wrong and the first frames at fault."""
+        at = (frames,) if isinstance(frames, int | np.integer) else tuple(frames or ())
+        self.frames = tuple(int(frame) for frame in at)
+        shown = ", ".join(str(frame) for frame in self.frames[:5])
+        more = f" and {len(self.frames) - 5} more" if len(self.frames) > 5 else ""
+        where = f" at frame{'s' if len(self.frames) > 1 else ''} {shown}{more}" if shown else ""
+        super().__init__(f"{message}{where}")
 
 
 class NoContactError(EstimationError):
@@ -70,3 +78,33 @@ class IllConditionedError(EstimationError):
         )
         self.condition_number = condition_number
         self.excitation_per_s2, self.weakest = excitation, weakest
+
+
+class TreeError(EstimationError):
+    """An estimation tree is malformed, or the state given does not fit it."""
+
+
+class UnknownLinkError(EstimationError):
+    """A sensor names a link that the tree has not; ``known`` lists what it has."""
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        """Builds the message from the name and the known ones."""
+        super().__init__(f"no link {name!r} in this tree; known: {', '.join(known)}")
+        self.name, self.known = name, tuple(known)
+
+
+class KernelMissingError(EstimationError):
+    """The compiled kernel is asked for and is not there for this processor."""
+
+
+class MissingMeasurementError(EstimationError):
+    """The estimate needs something that nobody measured and that cannot be derived."""
+
+
+class CovarianceError(EstimationError):
+    """A covariance is not one, or double precision cannot carry it; ``value`` is the worst one."""
+
+    def __init__(self, place: str, message: str, value: float) -> None:
+        """Builds the message from the place, what is wrong and the value."""
+        super().__init__(f"{place}: {message}, got {value:g}")
+        self.place, self.value = place, value

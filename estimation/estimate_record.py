@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from estimation.map_errors import UnknownLinkError
+from estimation.errors import UnknownLinkError
 from estimation.spatial import Array, IntArray
 from estimation.tree import EstimationTree
 

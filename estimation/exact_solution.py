@@ -57,7 +57,7 @@ def solution(wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurem
         Results by their names in `Estimate`.
 
     Raises:
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one, or beyond double precision.
         MissingMeasurementError: nobody knows the joint accelerations.
     """

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation.covariances import APPLICATION, ModelCovariances, TwoStepCovariances
+from estimation.errors import KernelMissingError, MissingMeasurementError, UnknownLinkError
 from estimation.estimate_record import Estimate, Method, from_results
 from estimation.exact_solution import CHUNK, Wanted, gathered, numpy_solution, solution
 from estimation.kernel import Results, Solve, kernel_state, loaded_kernel
-from estimation.map_errors import KernelMissingError, MissingMeasurementError, UnknownLinkError
 from estimation.momentum import momentum_rate, newton_euler
 from estimation.ncwe import external_wrenches
 from estimation.problem import net_wrenches
@@ -105,7 +105,7 @@ def estimate(
         Means and standard deviations of the frames estimated.
 
     Raises:
-        SensorError: shapes do not fit, or numbers are not finite.
+        MeasurementError: shapes do not fit, or numbers are not finite.
         UnknownLinkError: a sensor is on a link that the tree has not.
         MissingMeasurementError: an acceleration is neither measured nor given.
         KernelMissingError: the kernel is asked for and has not been compiled.

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from estimation.errors import MeasurementError
 from estimation.estimate_record import Estimate
-from estimation.map_errors import SensorError
 from estimation.sensors import ForceTorque, Measurement
 from estimation.spatial import Array, symmetric, times, transposed
 from estimation.tree import BASE_NQ, EstimationTree
@@ -34,7 +34,7 @@ class ModelErrors:
         grid_s: how far apart in time the draws are worked out; between, they are interpolated.
 
     Raises:
-        SensorError: a value makes no sense.
+        MeasurementError: a value makes no sense.
     """
 
     segment_mass: float = 0.05
@@ -54,10 +54,10 @@ class ModelErrors:
         ):
             value = getattr(self, name)
             if not 0.0 <= value <= most:
-                raise SensorError(f"model error {name}", f"expected 0 to {most:g}, got {value}")
+                raise MeasurementError(f"model error {name}: expected 0 to {most:g}, got {value}")
         if self.pairs < 2 or not self.grid_s > 0.0:
-            raise SensorError(
-                "model errors",
+            raise MeasurementError(
+                "model errors: "
                 f"expected two or more pairs and a grid above 0 s, got {self.pairs}, {self.grid_s}",
             )
 
@@ -241,11 +241,11 @@ def widened(estimate: Estimate, spread: ModelSpread, time_s: Array) -> Estimate:
         time_s: ``(n,)`` s, of the estimate's frames.
 
     Raises:
-        SensorError: the estimate has no standard deviations, or a preset's.
+        MeasurementError: the estimate has no standard deviations, or a preset's.
     """
     if estimate.torque_sd is None or estimate.bands != "uncertainty":
-        raise SensorError(
-            "widened", f"expected bands that are 'uncertainty', got {estimate.bands!r}"
+        raise MeasurementError(
+            f"widened: expected bands that are 'uncertainty', got {estimate.bands!r}"
         )
     assert estimate.joint_wrench_sd is not None
     assert estimate.external_wrench_sd is not None

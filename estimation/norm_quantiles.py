@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from estimation.map_errors import SensorError
+from estimation.errors import MeasurementError
 from estimation.spatial import Array, BoolArray
 
 #: Points of the lattice that stands for a three-dimensional normal distribution.
@@ -31,7 +31,7 @@ def norm_quantiles(mean: ArrayLike, covariance: ArrayLike, probabilities: Sequen
         ``(..., n)``, in the units of ``mean``; within a twentieth of the spread.
 
     Raises:
-        SensorError: a probability is not between zero and one.
+        MeasurementError: a probability is not between zero and one.
 
     Derived here: with ``u`` along the vector of length ``L`` and ``w`` the square of what is across
     it, the length is ``L + u + w / (2 L) - u w / (2 L^2) + ...``; its first three cumulants give
@@ -40,7 +40,7 @@ def norm_quantiles(mean: ArrayLike, covariance: ArrayLike, probabilities: Sequen
     """
     p = np.asarray(probabilities, dtype=np.float64)
     if not np.all((p > 0.0) & (p < 1.0)):
-        raise SensorError("probabilities", f"expected between zero and one, got {probabilities}")
+        raise MeasurementError(f"probabilities: expected between zero and one, got {probabilities}")
     vectors = np.asarray(mean, dtype=np.float64)
     flat = vectors.reshape(-1, 3)
     spread = np.asarray(covariance, dtype=np.float64).reshape(-1, 3, 3)

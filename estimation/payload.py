@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri
 
+from estimation.errors import MissingMeasurementError
 from estimation.estimate_record import Bands, Estimate
-from estimation.map_errors import MissingMeasurementError
 from estimation.norm_quantiles import norm_quantiles
 from estimation.spatial import Array, BoolArray, times
 

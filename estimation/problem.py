@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.covariances import INFINITE, ModelCovariances
-from estimation.map_errors import MissingMeasurementError, UnknownLinkError
+from estimation.errors import MissingMeasurementError, UnknownLinkError
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,
@@ -91,7 +91,7 @@ def assemble(
 
     Raises:
         UnknownLinkError: a sensor is on a link that the tree has not.
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one.
         MissingMeasurementError: nobody knows the joint accelerations.
 
@@ -216,7 +216,7 @@ def net_wrenches(
     A link's sensors and what may push on it besides add up; a link without either is untouched.
 
     Raises:
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one.
     """
     known: dict[int, tuple[Array, Array]] = {}
@@ -283,7 +283,7 @@ def joint_information(
     """Returns variances ``(1 or frames, n_dof)`` and means ``(frames, n_dof)`` of the joints.
 
     Raises:
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one.
         MissingMeasurementError: nobody knows the joint accelerations.
     """

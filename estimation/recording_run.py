@@ -150,7 +150,7 @@ class RecordingRun:
         Raises:
             RunInputError: other joints than the model's, times that do not go on, foot forces at
                 other times, or a tare that is not in this first stretch.
-            SensorError: a measurement has another shape, or the person moves during the tare.
+            MeasurementError: a measurement has another shape, or the person moves during the tare.
             CovarianceError: a covariance is not one, or beyond double precision.
         """
         self._check(motion, feet)
@@ -413,7 +413,7 @@ def estimate_run(
 
     Raises:
         RunInputError: the parts do not fit together, or no frame could be estimated.
-        SensorError: a measurement has another shape.
+        MeasurementError: a measurement has another shape.
         CovarianceError: a covariance is not one.
     """
     run = RecordingRun(model, settings)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation.covariances import LARGEST_FREE_VARIANCE, ModelCovariances
-from estimation.map_errors import MissingMeasurementError, SensorError
+from estimation.errors import MeasurementError, MissingMeasurementError
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,
@@ -37,25 +37,27 @@ def usable_frames(
     """Returns the frames where every measurement is finite, and the others by measurement.
 
     Raises:
-        SensorError: a measurement has another number of frames; or one is not finite, and it is to
-            be refused; or no frame is left.
+        MeasurementError: a measurement has another number of frames; or one is not finite, and it
+            is to be refused; or no frame is left.
     """
     for sensor in measurements:
         if not isinstance(sensor, FreeWrench) and np.shape(sensor.value)[:1] != (frames,):
-            raise SensorError(
-                describe(sensor), f"expected {frames} frames, got shape {np.shape(sensor.value)}"
+            raise MeasurementError(
+                f"{describe(sensor)}: expected {frames} frames, got shape {np.shape(sensor.value)}"
             )
     found = frames_at_fault(measurements)
     if found and missing == "refuse":
         name, bad = next(iter(found.items()))
-        raise SensorError(
-            name, "expected finite numbers; mend them, or pass missing='leave_out'", bad
+        raise MeasurementError(
+            f"{name}: expected finite numbers; mend them, or pass missing='leave_out'", bad
         )
     good = np.ones(frames, dtype=np.bool_)
     for bad in found.values():
         good[bad] = False
     if not np.any(good):
-        raise SensorError(", ".join(found), "expected at least one frame with finite numbers")
+        raise MeasurementError(
+            f"{', '.join(found)}: expected at least one frame with finite numbers"
+        )
     return np.flatnonzero(good), {name: tuple(sorted(set(bad))) for name, bad in found.items()}
 
 

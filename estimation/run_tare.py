@@ -24,7 +24,7 @@ def tare_stance(
 
     Raises:
         RunInputError: no frame of the window has both feet's forces.
-        SensorError: the person does not stand still.
+        MeasurementError: the person does not stand still.
     """
     inside = (motion.time_s >= tare_s[0]) & (motion.time_s <= tare_s[1])
     known = foot_frames(feet, len(motion))

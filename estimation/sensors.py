@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation.map_errors import CovarianceError, SensorError
+from estimation.errors import CovarianceError, MeasurementError
 from estimation.spatial import Array
 
 #: Variances outside this range leave nothing of the smaller ones in double precision.
@@ -131,12 +131,12 @@ def values(sensor: Measurement, value: ArrayLike, frames: int, width: int) -> Ar
     """Checks what was measured: ``(frames, width)``; not whether it is finite.
 
     Raises:
-        SensorError: another shape.
+        MeasurementError: another shape.
     """
     array = np.asarray(value, dtype=np.float64)
     if array.shape != (frames, width):
-        raise SensorError(
-            describe(sensor), f"expected a value of shape ({frames}, {width}), got {array.shape}"
+        raise MeasurementError(
+            f"{describe(sensor)}: expected a value of shape ({frames}, {width}), got {array.shape}"
         )
     return array
 
@@ -145,7 +145,7 @@ def blocks(sensor: Measurement, covariance: ArrayLike, frames: int, width: int) 
     """Returns a covariance as blocks ``(1 or frames, width, width)``.
 
     Raises:
-        SensorError: a shape that is none of number, vector, matrix, matrix a frame.
+        MeasurementError: a shape that is none of number, vector, matrix, matrix a frame.
         CovarianceError: not symmetric, not positive, or beyond what double precision carries.
     """
     given = np.asarray(covariance, dtype=np.float64)
@@ -156,8 +156,8 @@ def blocks(sensor: Measurement, covariance: ArrayLike, frames: int, width: int) 
     elif given.shape == (frames, width, width):
         out = given
     else:
-        raise SensorError(
-            describe(sensor),
+        raise MeasurementError(
+            f"{describe(sensor)}: "
             f"expected a covariance of shape (), ({width},), ({width}, {width}) or "
             f"({frames}, {width}, {width}), got {given.shape}",
         )
@@ -168,13 +168,13 @@ def variances(sensor: JointAcceleration, frames: int, width: int) -> Array:
     """Returns the variances of joint accelerations as ``(1 or frames, width)``.
 
     Raises:
-        SensorError: a shape that is none of number, vector, vector a frame.
+        MeasurementError: a shape that is none of number, vector, vector a frame.
         CovarianceError: not positive, or beyond what double precision carries.
     """
     given = np.asarray(sensor.covariance, dtype=np.float64)
     if given.shape not in ((), (width,), (frames, width)):
-        raise SensorError(
-            describe(sensor),
+        raise MeasurementError(
+            f"{describe(sensor)}: "
             f"expected a covariance of shape (), ({width},) or ({frames}, {width}), "
             f"got {given.shape}",
         )
@@ -213,17 +213,17 @@ def turning(sensor: Measurement, rotation: ArrayLike | None, frames: int) -> Arr
     """Returns a sensor's axes as ``(1 or frames, 3, 3)``.
 
     Raises:
-        SensorError: another shape, or no rotation.
+        MeasurementError: another shape, or no rotation.
     """
     given = np.eye(3) if rotation is None else np.asarray(rotation, dtype=np.float64)
     if given.shape not in ((3, 3), (frames, 3, 3)):
-        raise SensorError(
-            describe(sensor), f"expected a rotation of shape (3, 3), got {given.shape}"
+        raise MeasurementError(
+            f"{describe(sensor)}: expected a rotation of shape (3, 3), got {given.shape}"
         )
     out = given.reshape(-1, 3, 3)
     product = out.swapaxes(-1, -2) @ out
     if not np.allclose(product, np.eye(3), rtol=0.0, atol=1e-6) or np.any(np.linalg.det(out) < 0.0):
-        raise SensorError(describe(sensor), "expected a rotation matrix")
+        raise MeasurementError(f"{describe(sensor)}: expected a rotation matrix")
     return out
 
 
@@ -231,12 +231,12 @@ def point(sensor: Measurement, position: ArrayLike, frames: int) -> Array:
     """Returns a sensor's place as ``(1 or frames, 3)`` m.
 
     Raises:
-        SensorError: another shape, or not finite.
+        MeasurementError: another shape, or not finite.
     """
     given = np.asarray(position, dtype=np.float64)
     if given.shape not in ((3,), (frames, 3)) or not np.all(np.isfinite(given)):
-        raise SensorError(
-            describe(sensor), f"expected a finite position of shape (3,), got {given.shape}"
+        raise MeasurementError(
+            f"{describe(sensor)}: expected a finite position of shape (3,), got {given.shape}"
         )
     return given.reshape(-1, 3)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from estimation.errors import MeasurementError, TreeError
 from estimation.estimate_record import Estimate
-from estimation.map_errors import SensorError, TreeError
 from estimation.spatial import Array, times
 from estimation.tree import EstimationTree
 
@@ -44,18 +44,18 @@ def calibrate_stance(estimate: Estimate) -> StanceCalibration:
         estimate: ``deterministic``, of a person who stands and bears nothing but their feet.
 
     Raises:
-        SensorError: another method, or the person does not stand still.
+        MeasurementError: another method, or the person does not stand still.
 
     Derived here: standing, what the base's equation leaves over is the weight that the model has
     and the plates do not feel.
     """
     if estimate.method != "deterministic":
-        raise SensorError("stance", f"expected method 'deterministic', got {estimate.method!r}")
+        raise MeasurementError(f"stance: expected method 'deterministic', got {estimate.method!r}")
     world = times(estimate.link_rotation[:, 0], estimate.residual[:, :3])
     varies = float(np.max(np.std(world, axis=0)))
     if varies > STILL_N:
-        raise SensorError(
-            "stance",
+        raise MeasurementError(
+            "stance: "
             f"expected a person standing still, got a residual that varies by {varies:.0f} N; "
             "choose another stretch",
         )

@@ -1,7 +1,7 @@
 """The estimator for frames as they come: one frame in, one estimate out."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation.covariances import ModelCovariances
+from estimation.errors import MeasurementError, UnknownLinkError
 from estimation.estimate_record import Estimate, from_results
 from estimation.exact_solution import Wanted, numpy_solution
 from estimation.kernel import Call, Observations, Results, Tables, doubtful, results, tables
-from estimation.map_errors import SensorError, UnknownLinkError
 from estimation.map_estimator import chosen_kernel
 from estimation.run_inputs import completed, free_links
 from estimation.sensors import (
@@ -22,7 +22,7 @@ from estimation.sensors import (
     JointAcceleration,
     Measurement,
 )
-from estimation.spatial import Array
+from estimation.spatial import Array, IntArray
 from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
 from estimation.tree_kinematics import proper_acceleration, tree_kinematics
 from human.rotations import quaternion_to_matrix
@@ -64,7 +64,7 @@ class Estimator:
         Raises:
             KernelMissingError: the kernel is asked for and has not been compiled.
             UnknownLinkError: a sensor is on a link that the tree has not.
-            SensorError: a covariance or place has the wrong shape.
+            MeasurementError: a covariance or place has the wrong shape.
             CovarianceError: a covariance is not one, or beyond double precision.
         """
         self._tree, self._spreads = tree, spreads
@@ -96,15 +96,15 @@ class Estimator:
             changes: by name: new or changed ones, and None for those that are gone.
 
         Raises:
-            SensorError: nothing has the name that is to go; or as when first made, and then all
-                stays as it was.
+            MeasurementError: nothing has the name that is to go; or as when first made, and then
+                all stays as it was.
         """
         sensors = dict(self._sensors)
         for name, sensor in changes.items():
             if sensor is not None:
                 sensors[name] = _zeroed(sensor, self._tree)
             elif sensors.pop(name, None) is None:
-                raise SensorError(name, f"expected one of {', '.join(sensors)} to take away")
+                raise MeasurementError(f"{name}: expected one of {', '.join(sensors)} to take away")
         self._plan(sensors)
 
     def step(
@@ -127,19 +127,19 @@ class Estimator:
             A run of one frame; ``frames`` counts those estimated before.
 
         Raises:
-            SensorError: a shape does not fit, a number is not finite, a reading is missing or has
-                an unknown name.
+            MeasurementError: a shape does not fit, a number is not finite, a reading is missing or
+                has an unknown name.
             CovarianceError: beyond double precision.
         """
         state = self._vector("q", q, BASE_NQ + self._tree.n_dof)
         if abs(float(state[3:7] @ state[3:7]) - 1.0) > 2.0 * _NORM_TOLERANCE:
-            raise SensorError("q", "expected a unit base quaternion xyzw")
+            raise MeasurementError("q: expected a unit base quaternion xyzw")
         size = BASE_NV + self._tree.n_dof
         velocity = np.zeros(size) if v is None else self._vector("v", v, size)
         acceleration = None if a is None else self._vector("a", a, size)
-        values = self._values(readings)
-        values += self._derived(state, velocity, acceleration)
-        found = self._solve(state[None], velocity[None], values)
+        self._take(readings)
+        self._derive(state, velocity, acceleration)
+        found = self._solve(state[None], velocity[None])
         estimate = from_results(
             found,
             tree=self._tree,
@@ -173,84 +173,117 @@ class Estimator:
             self._call = Call(self._kernel, tree, plan, 1)
         self._sensors, self._given, self._assumed = sensors, given, tuple(assumed)
         self._wanted, self._tables, self._observed = wanted, plan, observed
-        self._rest = _rest(plan)
-        #: Sensors that are read, in order; those derived from the motion follow.
+        # Readings stand one after another, in the order of the sensors; what is derived follows.
+        widths = [_width(sensor, tree) for sensor in given]
+        ends = np.cumsum(widths)
+        self._places = [slice(end - size, end) for end, size in zip(ends, widths, strict=True)]
+        self._taken = np.zeros(ends[-1] if len(ends) else 0)
         self._read = {
-            name: _width(sensor, tree)
-            for name, sensor in sensors.items()
+            name: place
+            for (name, sensor), place in zip(sensors.items(), self._places, strict=False)
             if not isinstance(sensor, FreeWrench)
         }
+        self._rest, self._moves = _rest(plan), _moves(plan, self._places)
 
     def _vector(self, name: str, given: ArrayLike, size: int) -> Array:
         array = np.asarray(given, dtype=np.float64)
         if array.shape != (size,):
-            raise SensorError(name, f"expected shape ({size},), got {array.shape}")
+            raise MeasurementError(f"{name}: expected shape ({size},), got {array.shape}")
         if not np.isfinite(array).all():
-            raise SensorError(name, "expected finite numbers")
+            raise MeasurementError(f"{name}: expected finite numbers")
         return array
 
-    def _values(self, readings: Mapping[str, ArrayLike]) -> list[Array]:
-        unknown = readings.keys() - self._read.keys()
-        if unknown:
-            known = ", ".join(self._read) or "none"
-            raise SensorError(sorted(unknown)[0], f"expected a reading of one of: {known}")
-        out = []
-        for name, size in self._read.items():
-            if name not in readings:
-                raise SensorError(
-                    name, f"expected a reading; if it is gone for good, change({{{name!r}: None}})"
+    def _take(self, readings: Mapping[str, ArrayLike]) -> None:
+        """Takes a frame's readings, one after another, if all are there and make sense."""
+        if readings.keys() != self._read.keys():
+            for name in readings.keys() - self._read.keys():
+                known = ", ".join(self._read) or "none"
+                raise MeasurementError(f"{name}: expected a reading of one of: {known}")
+            name = next(name for name in self._read if name not in readings)
+            raise MeasurementError(
+                f"{name}: expected a reading; if it is gone for good, change({{{name!r}: None}})"
+            )
+        taken = self._taken
+        for name, place in self._read.items():
+            array = np.asarray(readings[name], dtype=np.float64)
+            if array.shape != (place.stop - place.start,):
+                raise MeasurementError(
+                    f"{name}: expected shape ({place.stop - place.start},), got {array.shape}"
                 )
-            out.append(self._vector(name, readings[name], size))
-        return out
+            taken[place] = array
+        if not np.isfinite(taken).all():
+            bad = (name for name, at in self._read.items() if not np.isfinite(taken[at]).all())
+            raise MeasurementError(f"{next(bad)}: expected finite numbers")
 
-    def _derived(self, q: Array, v: Array, a: Array | None) -> list[Array]:
-        """Values of what `completed` added."""
-        more = self._given[len(self._sensors) :]
-        if not more:
-            return []
+    def _derive(self, q: Array, v: Array, a: Array | None) -> None:
+        """Puts in what `completed` takes from the motion."""
+        first = len(self._sensors)
+        if len(self._given) == first:
+            return
         if a is None:
-            raise SensorError("a", f"expected accelerations; {'; '.join(self._assumed)}")
+            raise MeasurementError(f"a: expected accelerations; {'; '.join(self._assumed)}")
         rotation = quaternion_to_matrix(q[None, 3:BASE_NQ])
         base = proper_acceleration(rotation, v[None], a[None])[0]
-        values = []
-        for sensor in more:
+        for sensor, place in zip(self._given[first:], self._places[first:], strict=True):
             if isinstance(sensor, JointAcceleration):
-                values.append(a[BASE_NV:])
+                self._taken[place] = a[BASE_NV:]
             else:
-                values.append(base[:3] if isinstance(sensor, Accelerometer) else base[3:])
-        return values
+                self._taken[place] = base[:3] if isinstance(sensor, Accelerometer) else base[3:]
 
-    def _solve(self, q: Array, v: Array, values: list[Array]) -> Results:
+    def _solve(self, q: Array, v: Array) -> Results:
         if self._wanted.compiled:
-            call, count = self._call, len(self._wanted.sites)
+            call, moves = self._call, self._moves
             call.state(q, v)
-            call.row[0, len(call.row[0]) - len(self._rest) :] = self._rest
-            measured = iter(values)
-            by_place = [
-                None if isinstance(sensor, FreeWrench) else next(measured) for sensor in self._given
-            ]
-            for reading in self._tables.readings:
-                value = by_place[reading.measurement]
-                assert value is not None
-                if reading.gain is not None:
-                    gain = reading.gain[0]
-                    value = gain @ value if gain.ndim == 2 else gain * value
-                call.row[0, reading.column : reading.column + len(value)] += value
-            out = results(self._tree, 1, count, self._spreads)
+            row = call.row[0, self._tables.state_width :]
+            row[:] = self._rest
+            row[moves.columns] += self._taken[moves.sources]
+            for source, column, gain in moves.others:
+                value = self._taken[source]
+                value = gain @ value if gain.ndim == 2 else gain * value
+                row[column : column + len(value)] += value
+            out = results(self._tree, 1, len(self._wanted.sites), self._spreads)
             call.run(out, 0, 1)
             if not len(doubtful(out.pop("status"))):
                 return out
-        measured = iter(values)
         sensors = [
             sensor
             if isinstance(sensor, FreeWrench)
-            else replace(sensor, value=next(measured)[None])
-            for sensor in self._given
+            else replace(sensor, value=self._taken[place][None])
+            for sensor, place in zip(self._given, self._places, strict=True)
         ]
         return numpy_solution(self._wanted, tree_kinematics(self._tree, q, v), sensors, 1)
 
 
+@dataclass(frozen=True, slots=True)
+class _Moves:
+    """How readings come into the row of a frame: most as they are, all at once."""
+
+    columns: IntArray
+    sources: IntArray
+    others: tuple[tuple[slice, int, Array], ...]
+
+
+def _moves(plan: Tables, places: list[slice]) -> _Moves:
+    columns: list[int] = []
+    sources: list[int] = []
+    others = []
+    for reading in plan.readings:
+        source, column = places[reading.measurement], reading.column - plan.state_width
+        plain = reading.gain is None or bool(np.all(reading.gain == 1.0) and reading.gain.ndim == 2)
+        size = source.stop - source.start
+        # Several sensors of one link add up; they cannot all be moved in one go.
+        if plain and column not in columns:
+            columns.extend(range(column, column + size))
+            sources.extend(range(source.start, source.stop))
+        else:
+            gain = np.ones(size) if reading.gain is None else reading.gain[0]
+            others.append((source, column, gain))
+    return _Moves(np.array(columns, dtype=np.intp), np.array(sources, dtype=np.intp), tuple(others))
+
+
 def _width(sensor: Measurement, tree: EstimationTree) -> int:
+    if isinstance(sensor, FreeWrench):
+        return 0
     if isinstance(sensor, JointAcceleration):
         return tree.n_dof
     return 6 if isinstance(sensor, ForceTorque) else 3
@@ -265,8 +298,7 @@ def _zeroed(sensor: Measurement, tree: EstimationTree) -> Measurement:
 
 def _rest(plan: Tables) -> Array:
     """What stands in the row of a frame, after the state, beside the readings."""
-    out = np.zeros(plan.width - (plan.starts[0] if plan.starts else plan.width))
+    out = np.zeros(plan.width)
     for start, array in zip(plan.starts, plan.by_frame, strict=True):
-        first = start - plan.starts[0]
-        out[first : first + array.shape[1]] = array[0]
-    return out
+        out[start : start + array.shape[1]] = array[0]
+    return out[plan.state_width :]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.map_errors import TreeError
+from estimation.errors import TreeError
 from estimation.spatial import Array, IntArray, spatial_inertia
 from human import HumanModel
 

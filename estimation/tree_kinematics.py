@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation.map_errors import SensorError
+from estimation.errors import MeasurementError
 from estimation.spatial import Array, cross, motion_transform, times, transposed
 from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
 from human.rotations import quaternion_to_matrix
@@ -54,25 +54,25 @@ def check_state(
         a: ``(frames, 6 + n_dof)``; None where there is none.
 
     Raises:
-        SensorError: a shape does not fit, a number is not finite, a quaternion is not unit.
+        MeasurementError: a shape does not fit, a number is not finite, a quaternion is not unit.
     """
     state = np.asarray(q, dtype=np.float64)
     if state.ndim != 2 or state.shape[1] != BASE_NQ + tree.n_dof or not len(state):
-        raise SensorError(
-            "q", f"expected shape (frames, {BASE_NQ + tree.n_dof}), got {state.shape}"
+        raise MeasurementError(
+            f"q: expected shape (frames, {BASE_NQ + tree.n_dof}), got {state.shape}"
         )
     _finite("q", state)
     askew = np.abs(np.linalg.norm(state[:, 3:7], axis=1) - 1.0) > _NORM_TOLERANCE
     if np.any(askew):
-        raise SensorError(
-            "q", "expected unit base quaternions xyzw", np.flatnonzero(askew).tolist()
+        raise MeasurementError(
+            "q: expected unit base quaternions xyzw", np.flatnonzero(askew).tolist()
         )
     shape = (len(state), BASE_NV + tree.n_dof)
     checked: list[Array | None] = []
     for name, value in (("v", np.zeros(shape) if v is None else v), ("a", a)):
         array = None if value is None else np.asarray(value, dtype=np.float64)
         if array is not None and array.shape != shape:
-            raise SensorError(name, f"expected shape {shape}, got {array.shape}")
+            raise MeasurementError(f"{name}: expected shape {shape}, got {array.shape}")
         if array is not None:
             _finite(name, array)
         checked.append(array)
@@ -84,7 +84,7 @@ def check_state(
 def _finite(name: str, array: Array) -> None:
     bad = np.flatnonzero(~np.all(np.isfinite(array), axis=1))
     if len(bad):
-        raise SensorError(name, "expected finite numbers", bad.tolist())
+        raise MeasurementError(f"{name}: expected finite numbers", bad.tolist())
 
 
 def tree_kinematics(tree: EstimationTree, q: Array, v: Array) -> TreeKinematics:

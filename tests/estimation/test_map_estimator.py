@@ -12,9 +12,9 @@ from estimation import (
     ForceTorque,
     FreeWrench,
     JointAcceleration,
+    MeasurementError,
     MissingMeasurementError,
     ModelCovariances,
-    SensorError,
     UnknownLinkError,
     estimate,
     hinge_tree,
@@ -337,7 +337,9 @@ def test_frames_that_are_not_finite_are_named_and_the_rest_estimated(tree, scene
     value[[3, 8], 1] = np.nan
     value[30, 0] = np.inf
     sensors[place] = replace(sensors[place], value=value)
-    with pytest.raises(SensorError, match=r"Accelerometer on Pelvis.*frames 3, 8, 30") as caught:
+    with pytest.raises(
+        MeasurementError, match=r"Accelerometer on Pelvis.*frames 3, 8, 30"
+    ) as caught:
         run(tree, scene, sensors)
     assert caught.value.frames == (3, 8, 30)
     found = run(tree, scene, sensors, missing="leave_out")
@@ -346,7 +348,7 @@ def test_frames_that_are_not_finite_are_named_and_the_rest_estimated(tree, scene
     np.testing.assert_allclose(found.torque, whole.torque[found.frames], rtol=0, atol=1e-12)
     assert len(found.frames) == 37
     value[:] = np.nan
-    with pytest.raises(SensorError, match="at least one frame"):
+    with pytest.raises(MeasurementError, match="at least one frame"):
         run(tree, scene, sensors, missing="leave_out")
 
 
@@ -372,35 +374,35 @@ def test_a_force_too_free_for_double_precision_is_bounded_and_said_to_be(tree, s
             CovarianceError,
             "symmetric",
         ),
-        (ForceTorque("LeftHandCOM", np.zeros((40, 6)), np.ones(5)), SensorError, "covariance"),
-        (ForceTorque("LeftHandCOM", np.zeros((40, 3)), 1.0), SensorError, "value of shape"),
-        (ForceTorque("LeftHandCOM", np.zeros((39, 6)), 1.0), SensorError, "40 frames"),
+        (ForceTorque("LeftHandCOM", np.zeros((40, 6)), np.ones(5)), MeasurementError, "covariance"),
+        (ForceTorque("LeftHandCOM", np.zeros((40, 3)), 1.0), MeasurementError, "value of shape"),
+        (ForceTorque("LeftHandCOM", np.zeros((39, 6)), 1.0), MeasurementError, "40 frames"),
         (
             ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, rotation=-np.eye(3)),
-            SensorError,
+            MeasurementError,
             "rotation matrix",
         ),
         (
             ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, (1.0, 2.0)),
-            SensorError,
+            MeasurementError,
             "position",
         ),
-        (JointAcceleration(np.zeros((40, 65)), 1.0), SensorError, "value of shape"),
-        (JointAcceleration(np.zeros((40, 66)), np.ones(3)), SensorError, "covariance"),
-        (JointAcceleration(np.zeros((40, 66)), np.ones((7, 66))), SensorError, "covariance"),
+        (JointAcceleration(np.zeros((40, 65)), 1.0), MeasurementError, "value of shape"),
+        (JointAcceleration(np.zeros((40, 66)), np.ones(3)), MeasurementError, "covariance"),
+        (JointAcceleration(np.zeros((40, 66)), np.ones((7, 66))), MeasurementError, "covariance"),
         (
             ForceTorque("LeftHandCOM", np.zeros((40, 6)), np.ones((1, 6, 6))),
-            SensorError,
+            MeasurementError,
             "covariance",
         ),
         (
             ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, np.zeros((9, 3))),
-            SensorError,
+            MeasurementError,
             "position",
         ),
         (
             ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1.0, rotation=np.ones((9, 3, 3))),
-            SensorError,
+            MeasurementError,
             "rotation",
         ),
         (JointAcceleration(np.zeros((40, 66)), 0.0), CovarianceError, "positive"),

@@ -6,8 +6,8 @@ import pytest
 from estimation import (
     ForceTorque,
     FreeWrench,
+    MeasurementError,
     ModelErrors,
-    SensorError,
     estimate,
     payload,
     real_tree,
@@ -168,7 +168,7 @@ def test_bands_grow_by_the_spread_and_say_so(tree, scene):
         errors.widening**2 * np.einsum("pni,pnj->nij", own, own) / len(draws),
         atol=1e-9,
     )
-    with pytest.raises(SensorError, match="uncertainty"):
+    with pytest.raises(MeasurementError, match="uncertainty"):
         widened(wide, spread, time_s)
 
 

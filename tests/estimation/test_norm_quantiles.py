@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi, norm
 
-from estimation import SensorError, norm_quantiles
+from estimation import MeasurementError, norm_quantiles
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -35,5 +35,5 @@ def test_a_covariance_may_be_singular():
 
 
 def test_only_probabilities_are_taken():
-    with pytest.raises(SensorError, match="between zero and one"):
+    with pytest.raises(MeasurementError, match="between zero and one"):
         norm_quantiles(np.zeros(3), np.eye(3), [0.0])

@@ -7,8 +7,8 @@ from estimation import (
     ForceTorque,
     FreeWrench,
     JointAcceleration,
+    MeasurementError,
     MissingMeasurementError,
-    SensorError,
     TreeError,
     calibrate_stance,
     estimate,
@@ -125,9 +125,9 @@ def test_an_unloaded_stance_finds_the_mass_and_takes_the_phantom_away(person):
 
 
 def test_a_calibration_wants_a_person_who_stands_still(tree, moving):
-    with pytest.raises(SensorError, match="standing still"):
+    with pytest.raises(MeasurementError, match="standing still"):
         calibrate_stance(run(tree, moving, moving.sensors, method="deterministic"))
-    with pytest.raises(SensorError, match="deterministic"):
+    with pytest.raises(MeasurementError, match="deterministic"):
         calibrate_stance(run(tree, moving, moving.sensors))
     with pytest.raises(TreeError, match="more than zero"):
         with_mass(tree, -1.0)

@@ -8,13 +8,13 @@ from estimation import (
     Balance,
     FootState,
     HandState,
+    MeasurementError,
     ModelErrors,
     RecordingRun,
     RunChunk,
     RunInputError,
     RunSettings,
     RunSettingsError,
-    SensorError,
     estimate_run,
     tare_stance,
 )
@@ -375,5 +375,5 @@ def test_stretches_must_fit(person, carried, feet):
 def test_settings_that_make_no_sense_are_refused(setting, error):
     with pytest.raises(error, match=next(iter(setting))):
         RunSettings(**setting)
-    with pytest.raises(SensorError, match="segment_mass"):
+    with pytest.raises(MeasurementError, match="segment_mass"):
         ModelErrors(segment_mass=5.0)

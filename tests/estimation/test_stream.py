@@ -12,8 +12,8 @@ from estimation import (
     ForceTorque,
     FreeWrench,
     JointAcceleration,
+    MeasurementError,
     ModelCovariances,
-    SensorError,
     UnknownLinkError,
     compile_kernel,
     estimate,
@@ -93,7 +93,7 @@ def test_accelerations_that_no_sensor_measures_are_those_of_the_motion(tree, sce
     live = Estimator(tree, kept, spreads=False)
     assert live.assumed == whole.assumed
     values = readings(scene, 3, kept)
-    with pytest.raises(SensorError, match="derived from the motion"):
+    with pytest.raises(MeasurementError, match="derived from the motion"):
         live.step(scene.q[3], scene.v[3], values)
     found = live.step(scene.q[3], scene.v[3], values, scene.a[3])
     np.testing.assert_allclose(found.torque[0], whole.torque[3], rtol=0, atol=1e-9)
@@ -153,7 +153,7 @@ def test_a_frame_that_makes_no_sense_is_refused_and_the_next_one_estimated(
         q[9] = np.inf
     else:
         v = v[:4]
-    with pytest.raises(SensorError, match=message):
+    with pytest.raises(MeasurementError, match=message):
         live.step(q, v, values)
     again = live.step(scene.q[1], scene.v[1], readings(scene, 1))
     np.testing.assert_array_equal(again.torque_sd, first.torque_sd)
@@ -164,10 +164,10 @@ def test_a_change_that_cannot_be_changes_nothing(tree, scene):
     live = Estimator(tree, named(scene))
     before = live.step(scene.q[0], scene.v[0], readings(scene, 0))
     for change, error in (
-        ({"nose": None}, SensorError),
+        ({"nose": None}, MeasurementError),
         ({"tail": FreeWrench("Tail")}, UnknownLinkError),
         ({"left hand": FreeWrench("LeftHandCOM", -1.0, 0.0)}, CovarianceError),
-        ({"Accelerometer 2": Accelerometer("Pelvis", (), np.ones(7))}, SensorError),
+        ({"Accelerometer 2": Accelerometer("Pelvis", (), np.ones(7))}, MeasurementError),
         ({"joints": JointAcceleration((), 0.0)}, CovarianceError),
     ):
         with pytest.raises(error):

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from estimation import SensorError, TreeError, hinge_tree, real_tree
+from estimation import MeasurementError, TreeError, hinge_tree, real_tree
 from estimation.momentum import center_of_mass, newton_euler
 from estimation.tree_kinematics import (
     base_acceleration,
@@ -114,5 +114,5 @@ def test_what_is_no_tree_is_refused(person, change, message):
     ],
 )
 def test_states_that_do_not_fit_are_refused(person, state, spoil, message):
-    with pytest.raises(SensorError, match=message):
+    with pytest.raises(MeasurementError, match=message):
         check_state(real_tree(person), *spoil(*state))
