@@ -49,7 +49,6 @@ class FeetOfTake:
         motions = _first_with_tare(self.body.windows(), self.options.tare_s)
         plates = self.body.plates
         if plates is None:
-            self.assumed.append("no foot forces: payload and what the legs bear cannot be told")
             for motion in motions:
                 yield motion, None
             return

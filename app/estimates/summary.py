@@ -1,5 +1,6 @@
 """What an estimate comes to, read from its time series column by column."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ from estimation import HandState, PayloadHold, RunSummary
 
 Array = NDArray[np.float64]
 _DIGITS = 3
+#: Texts that differ in their times alone, at most.
+_MOST_ALIKE = 6
 
 
 def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake) -> dict[str, Any]:
@@ -49,8 +52,8 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
         "low_back": _low_back(series, time_s),
         "feet": feet.record(),
         "fit": plain(body.fit),
-        "assumed": _once([*body.notes, *feet.assumed, *run.assumed]),
-        "findings": _once([*feet.findings, *run.findings]),
+        "assumed": _gathered([*body.notes, *feet.assumed, *run.assumed]),
+        "findings": _gathered([*feet.findings, *run.findings]),
         "columns": list(series.names),
     }
     return summary
@@ -168,5 +171,17 @@ def _round(value: Any) -> float:
     return round(float(value), _DIGITS) + 0.0
 
 
-def _once(texts: list[str]) -> list[str]:
-    return list(dict.fromkeys(texts))
+def _gathered(texts: list[str]) -> list[str]:
+    """Returns each text once; of those that a long recording says window after window, the first.
+
+    Texts that start alike, up to a colon and but for numbers, are told apart by times alone.
+    """
+    alike: dict[str, list[str]] = {}
+    for text in dict.fromkeys(texts):
+        alike.setdefault(re.sub(r"[\d.]+", "", text.partition(":")[0]), []).append(text)
+    kept: list[str] = []
+    for group in alike.values():
+        kept += group[:_MOST_ALIKE]
+        if len(group) > _MOST_ALIKE:
+            kept.append(f"{len(group) - _MOST_ALIKE} more like this: {group[_MOST_ALIKE]}")
+    return kept

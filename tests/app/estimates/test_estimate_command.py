@@ -99,7 +99,7 @@ def test_without_forces_arms_are_known_and_legs_and_payload_are_not(
     assert "jRightElbow" in known and not known & {"jRightKnee", "jLeftHip", "jLeftAnkle"}
     assert (summary["feet"], summary["holds"], summary["payload"]["max_kg"]) == (None, [], None)
     assert summary["balance"]["share"] == {"unknown": 1.0}
-    assert any("no foot forces" in text for text in summary["assumed"])
+    assert any("no foot forces" in text for text in summary["findings"])
 
 
 def test_people_read_the_same(estimated: Estimated, lifting: Lifting, capsys: Capture) -> None:
