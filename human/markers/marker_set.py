@@ -8,6 +8,7 @@ import fnmatch
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from human.markers.errors import MarkerSetError
@@ -141,6 +142,7 @@ class MarkerSet:
         return any(fnmatch.fnmatchcase(bare, pattern.upper()) for pattern in self.not_markers)
 
 
+@lru_cache(maxsize=4096)
 def plain_name(label: str) -> str:
     """Returns a marker's name without prefix, capitals, marks and the suffixes of video tools."""
     bare = label.rpartition(":")[2].casefold()
