@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from estimation.covariances import ModelCovariances
-from estimation.kernel.layout import TABLES, columns
+from estimation.kernel.layout import LANES, TABLES, columns
 from estimation.kernel.machine_code import Solve
 from estimation.kernel.sensor_tables import Tables, tables
-from estimation.kernel.vector_code import LANES
 from estimation.sensors import Measurement
 from estimation.spatial import Array, IntArray
 from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
@@ -48,6 +47,7 @@ class Call:
             "settings": inputs.settings,
         }
         self._addresses = np.zeros(len(TABLES), dtype=np.int64)
+        self._table = self._addresses.ctypes.data
         for place, name in enumerate(TABLES):
             if name in self._own:
                 self._addresses[place] = self._own[name].ctypes.data
@@ -68,8 +68,9 @@ class Call:
         for place, name in enumerate(TABLES):
             if name in out:
                 array = out[name]
-                self._addresses[place] = array.ctypes.data + first * array.strides[0]
-        self._solve(self._addresses.ctypes.data, count)
+                start = array.__array_interface__["data"][0]
+                self._addresses[place] = start + first * array.strides[0]
+        self._solve(self._table, count)
 
 
 def aligned(size: int) -> Array:
@@ -135,7 +136,7 @@ def solve_frames(
         because digits may have been lost there.
 
     Raises:
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one.
         MissingMeasurementError: nobody knows the joint accelerations.
     """

@@ -5,8 +5,8 @@ from typing import Any
 from llvmlite import ir
 
 from estimation.kernel.block_products import Blocks
-from estimation.kernel.layout import SETTING, TABLE
-from estimation.kernel.vector_code import LANES, LONG, POINTER, VECTOR, Code, Value, constant
+from estimation.kernel.layout import LANES, SETTING, TABLE
+from estimation.kernel.vector_code import LONG, POINTER, VECTOR, Code, Value, constant
 
 
 def write_gather(blocks: Blocks) -> Any:

@@ -2,6 +2,11 @@
 
 from collections.abc import Iterable
 
+#: Frames solved at once.
+LANES = 8
+#: The one function that is called from outside: the table of tables, and the number of frames.
+NAME = "solve"
+
 
 def _places(sizes: Iterable[tuple[str, int]]) -> tuple[dict[str, int], int]:
     """Puts things one after another; returns where each starts, and where all end."""
@@ -163,7 +168,7 @@ def columns(n_dof: int) -> tuple[dict[str, int], int]:
     )
 
 
-#: Working memory of a link, in slots of `vector_code.LANES` numbers. The information and mass of
+#: Working memory of a link, in slots of `LANES` numbers. The information and mass of
 #: the way up lie where the covariances of the way down will.
 SLOT, LINK_SLOTS = _places(
     [

@@ -20,7 +20,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from estimation.kernel.whole import NAME, kernel_code
+from estimation.kernel.layout import NAME
 
 #: Of a kept file: the digest of the rest, so that half a file is not taken for a whole one.
 _DIGEST_BYTES = 32
@@ -171,6 +171,9 @@ def _machine() -> Any:
 
 
 def _compiled() -> bytes:
+    # Only who compiles pays for the parts that write code.
+    from estimation.kernel.whole import kernel_code
+
     machine = _machine()
     wide = bool(llvm.get_host_cpu_features().get("avx512f", False))
     module = llvm.parse_assembly(kernel_code(wide))

@@ -15,6 +15,7 @@ from estimation.kernel.layout import (
     COMMON_SLOTS,
     GLOBAL,
     GLOBAL_SIZE,
+    LANES,
     LINK_CONSTANTS,
     LINK_CONSTANTS_SIZE,
     LINK_ROW,
@@ -28,7 +29,6 @@ from estimation.kernel.layout import (
     columns,
     output_sizes,
 )
-from estimation.kernel.vector_code import LANES
 from estimation.problem import (
     joint_information,
     model_noise,
@@ -82,6 +82,7 @@ class Tables:
         by_frame: ``(frames, ...)`` arrays that stand in the row of each frame, after the state.
         starts: the column where each of those starts.
         width: numbers in the row of a frame.
+        state_width: how many of them are the state.
         slots: of working memory.
         links: whole numbers of each link.
         plates: of each force plate.
@@ -97,6 +98,7 @@ class Tables:
     by_frame: tuple[Array, ...]
     starts: tuple[int, ...]
     width: int
+    state_width: int
     slots: int
     links: IntArray
     plates: IntArray
@@ -163,7 +165,7 @@ def tables(
         remembered: what was found out about sensors before; what is new is added.
 
     Raises:
-        SensorError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape.
         CovarianceError: a covariance is not one.
         MissingMeasurementError: nobody knows the joint accelerations.
     """
@@ -210,6 +212,7 @@ def tables(
         by_frame=tuple(numbers.by_frame),
         starts=tuple(numbers.starts),
         width=width,
+        state_width=columns(tree.n_dof)[1],
         slots=at,
         links=links,
         plates=plates,

@@ -11,8 +11,8 @@ from typing import Any
 
 from llvmlite import ir
 
-#: Frames solved at once.
-LANES = 8
+from estimation.kernel.layout import LANES
+
 REAL = ir.DoubleType()
 LONG = ir.IntType(64)
 POINTER = ir.PointerType()

@@ -4,15 +4,12 @@ from llvmlite import ir
 
 from estimation.kernel.block_products import Blocks
 from estimation.kernel.lanes import write_gather, write_scatter
-from estimation.kernel.layout import COMMON, MEANS, SETTING, SPREADS, TABLE
+from estimation.kernel.layout import COMMON, LANES, MEANS, NAME, SETTING, SPREADS, TABLE
 from estimation.kernel.site_pairs import write_pair
-from estimation.kernel.vector_code import LANES, LONG, POINTER, Code, constant, splat
+from estimation.kernel.vector_code import LONG, POINTER, Code, constant, splat
 from estimation.kernel.way_down import write_link_out, write_means, write_spreads
 from estimation.kernel.way_out import write_base, write_place, write_terms
 from estimation.kernel.way_up import write_eliminate, write_root
-
-#: The one function that is called from outside: the table of tables, and the number of frames.
-NAME = "solve"
 
 
 def kernel_code(wide_registers: bool) -> str:
