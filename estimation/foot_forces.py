@@ -48,6 +48,8 @@ _MISSING_SHARE = 0.1
 _AWAY_M = 0.1
 #: Plates that bear more than needed by this share of the weight are worth a sentence.
 _TOO_HEAVY = 0.05
+#: Forces may enter this far from where the motion needs them, m: a model's mass is not a person's.
+_MISPLACED_M = 0.05
 #: A sole less than this inside of the plates hangs over their edge.
 _ON_PLATES = 0.85
 #: Standard deviations of a wrench of which nothing is known, N and N m.
@@ -105,21 +107,22 @@ def feet_from_plates(
     contacts = contacts_of_motion(model, motion, meaning="load")
     standing = Standing(motion.time_s, soles_of(model, motion.q), contacts.feet, contacts.floor_m)
     weight = 9.81 * model.total_mass_kg
-    limit, gone = saturated(plates), lost(plates)
-    plates, assumed, findings = _put_right(plates, standing, weight)
+    plates, bad, assumed, findings = _put_right(plates, standing, weight)
     loads = loaded_times(plates, standing, assign)
-    sums = sums_of_feet(plates, standing, loads, [limit, gone])
+    sums = sums_of_feet(plates, standing, loads, bad)
 
     width = smoothing_width_s(motion, window_s)
     wrench = np.stack(
         [resampled(plates.time_s, sums.wrench[:, foot], motion.time_s, width) for foot in (0, 1)]
     )
-    missing = required_wrench(model, motion)[:, 2] - wrench[..., 2].sum(axis=0)
+    needed = required_wrench(model, motion)
+    missing = needed[:, 2] - wrench[..., 2].sum(axis=0)
     state, words = _states(plates, standing, loads, sums, missing / weight, 0.25 * width)
     findings += words
     for k, plate in enumerate(plates.plates):
         findings += _said_of(plate.name, [load for load in loads if load.plate == k])
     findings += _unexplained(motion.time_s, missing / weight, state)
+    findings += _misplaced(wrench.sum(axis=0), needed, weight, state)
     unknown = np.isin(state, (FootState.UNMEASURED, FootState.SATURATED))
     wrench[state == FootState.UNMEASURED] = 0.0
     variance = np.where(
@@ -150,8 +153,13 @@ def feet_from_plates(
 
 def _put_right(
     plates: PlateForces, standing: Standing, weight_n: float
-) -> tuple[PlateForces, list[str], list[str]]:
-    """Mends units, signs, zeros and exchanged plates."""
+) -> tuple[PlateForces, list[Mask], list[str], list[str]]:
+    """Mends units, signs, zeros and exchanged plates.
+
+    Returns:
+        The plates; where they are at their limit and where samples were lost, ``(samples, plates)``
+        each; what was assumed; what does not fit.
+    """
 
     def from_feet(plates: PlateForces) -> float:
         distances = distances_m(plates, standing)
@@ -159,14 +167,17 @@ def _put_right(
         return float(np.median(known)) if len(known) else np.inf
 
     plates, assumed, findings = mended_units(plates, weight_n, from_feet)
+    # Before zeros are taken off: afterwards a limit is no longer flat.
+    bad = [saturated(plates), lost(plates)]
     frame = np.clip(np.searchsorted(standing.time_s, plates.time_s), 0, len(standing.time_s) - 1)
     over = np.stack(
         [np.any(stood_on(plates, k, standing)[frame], axis=1) for k in range(len(plates.plates))],
         axis=1,
     )
     plates, zeros, unchecked = tared(plates, weight_n, over)
-    plates, exchanged = put_back(plates, standing)
-    return plates, [*assumed, *zeros, *exchanged, *unchecked], findings
+    plates, channels, exchanged = put_back(plates, standing)
+    bad = [mask[:, channels] for mask in bad]
+    return plates, bad, [*assumed, *zeros, *exchanged, *unchecked], findings
 
 
 def _states(
@@ -293,3 +304,30 @@ def _unexplained(time_s: Array, missing: Array, state: NDArray[np.intp]) -> list
                 "% of the weight: a chair, a handrail, another support, or a plate that is wrong"
             )
     return findings
+
+
+def _misplaced(total: Array, needed: Array, weight_n: float, state: NDArray[np.intp]) -> list[str]:
+    """Says where all forces together enter far from where the motion needs them.
+
+    Args:
+        total: ``(frames, 6)`` of both feet, about the world's origin.
+        needed: the same, by the motion.
+        weight_n: of the person, N.
+        state: ``(2, frames)``.
+    """
+    # Both forces have to be much alike: a load in the hands moves the point of entry, too.
+    alike = np.abs(total[:, 2] - needed[:, 2]) < _MISSING_SHARE * weight_n
+    known = np.all(np.isin(state, USABLE), axis=0) & alike & (total[:, 2] > 0.5 * weight_n)
+    if not np.any(known):
+        return []
+    enters, wanted = (
+        np.stack([-w[known, 4], w[known, 3]], axis=1) / w[known, 2:3] for w in (total, needed)
+    )
+    off = np.median(enters - wanted, axis=0)
+    if float(np.hypot(*off)) < _MISPLACED_M:
+        return []
+    return [
+        f"plates: the forces enter ({off[0]:+.2f}, {off[1]:+.2f}) m (x, y) from where the motion "
+        "needs them, by the median: plates and motion may not share one world, or segments weigh "
+        "otherwise than the model's"
+    ]

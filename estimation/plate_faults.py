@@ -20,6 +20,10 @@ ENTER_N, LEAVE_N = 20.0, 5.0
 _ZERO_N, _ZERO_NM = 3.0, 3.0
 #: An unloaded plate reads less than this share of the body's weight; for so long at least, s.
 _UNLOADED_SHARE, _UNLOADED_S = 0.08, 0.1
+#: Plates that are stood on bear this share of the body's weight, from and to.
+_LIKELY = (0.7, 1.4)
+#: From one sample to the next a person's force changes by less than this share.
+_STEADY = 0.2
 #: A foot that rests on a plate without bearing for longer than this, s, still stands on it.
 _IDLE_S = 0.2
 #: Kept away from both ends of an unloaded time: a foot comes and goes gently, s.
@@ -79,35 +83,41 @@ def mended_units(
     """
     assumed, findings = [], []
     force, moment = plates.force.copy(), plates.moment.copy()
-    for k, plate in enumerate(plates.plates):
-        vertical = force[:, k, 2]
-        most = float(np.percentile(np.abs(vertical), 99))
-        stood = np.abs(vertical) > 0.5 * most
-        if most > 0.0 and float(np.median(vertical[stood])) < 0.0:
-            force[:, k] *= -1.0
-            moment[:, k] *= -1.0
-            assumed.append(
-                f"plate {plate.name}: its force points down, what the foot does to the plate; "
-                "turned round"
-            )
-    total = force[..., 2].sum(axis=1)
+    total = np.abs(force[..., 2]).sum(axis=1)
     most = float(np.percentile(total, 95))
     usual = float(np.median(total[total > 0.5 * most])) if most > 0.0 else 0.0
-    ratio = usual / weight_n
+    # Noise jumps by its own size from one sample to the next, a person does not.
+    steady = len(total) > 1 and float(np.median(np.abs(np.diff(total)))) < _STEADY * usual
     for unit, worth in (("kN", 1e3), ("multiples of body weight", weight_n)):
-        if 0.7 < ratio * worth < 1.4 and usual < 0.1 * weight_n:
+        if steady and _LIKELY[0] < usual * worth / weight_n < _LIKELY[1]:
             force *= worth
             moment *= worth
             assumed.append(
                 f"plates: they bear {usual:.3g} while stood on, a weight of {weight_n:.0f} N "
                 f"needs {unit}; forces and moments multiplied by {worth:.4g}"
             )
-            ratio *= worth
-    if usual > 0.0 and not 0.7 < ratio < 1.4:
+            usual *= worth
+    for k, plate in enumerate(plates.plates):
+        vertical = force[:, k, 2]
+        most = float(np.percentile(np.abs(vertical), 99))
+        stood = np.abs(vertical) > 0.5 * most
+        if most > _UNLOADED_SHARE * weight_n and float(np.median(vertical[stood])) < 0.0:
+            force[:, k] *= -1.0
+            moment[:, k] *= -1.0
+            assumed.append(
+                f"plate {plate.name}: its force points down, what the foot does to the plate; "
+                "turned round"
+            )
+    if usual < _UNLOADED_SHARE * weight_n:
         findings.append(
-            f"plates: they bear {ratio * weight_n:.4g} N while stood on, the person weighs "
-            f"{weight_n:.0f} N: much of the weight is elsewhere (a chair, a handrail, the floor), "
-            "or a load is carried, or the unit is not N"
+            f"plates: they bear next to nothing ({usual:.3g} N), the person weighs {weight_n:.0f} "
+            "N: nobody stands on them, or the unit is not N"
+        )
+    elif not _LIKELY[0] < usual / weight_n < _LIKELY[1]:
+        findings.append(
+            f"plates: they bear {usual:.4g} N while stood on, the person weighs {weight_n:.0f} N: "
+            "much of the weight is elsewhere (a chair, a handrail, the floor), or a load is "
+            "carried, or the unit is not N"
         )
     out = replace(plates, force=force, moment=moment)
     there = distance_m(out)

@@ -28,7 +28,7 @@ def distances_m(plates: PlateForces, standing: Standing) -> Array:
     return out
 
 
-def put_back(plates: PlateForces, standing: Standing) -> tuple[PlateForces, list[str]]:
+def put_back(plates: PlateForces, standing: Standing) -> tuple[PlateForces, list[int], list[str]]:
     """Exchanges the channels of plates that only fit the feet in each other's place.
 
     Args:
@@ -36,9 +36,9 @@ def put_back(plates: PlateForces, standing: Standing) -> tuple[PlateForces, list
         standing: the feet.
 
     Returns:
-        The plates and what was assumed.
+        The plates, whose channels each has now, and what was assumed.
     """
-    assumed = []
+    assumed, channels = [], list(range(len(plates.plates)))
     for i, j in combinations(range(len(plates.plates)), 2):
         as_read = distances_m(plates, standing)[[i, j]]
         if np.all(np.isnan(as_read)) or not np.nanmin(as_read) > _FAR_M:
@@ -46,12 +46,13 @@ def put_back(plates: PlateForces, standing: Standing) -> tuple[PlateForces, list
         exchanged = _exchanged(plates, i, j)
         if np.nanmax(distances_m(exchanged, standing)[[i, j]]) < _NEAR_M:
             plates = exchanged
+            channels[i], channels[j] = channels[j], channels[i]
             first, second = plates.plates[i].name, plates.plates[j].name
             assumed.append(
                 f"plates {first} and {second}: their forces enter {np.nanmin(as_read):.2f} m from "
                 "the nearest foot, but under a foot if the two are exchanged; exchanged"
             )
-    return plates, assumed
+    return plates, channels, assumed
 
 
 def _exchanged(plates: PlateForces, i: int, j: int) -> PlateForces:

@@ -10,6 +10,7 @@ from estimation.required_wrench import required_wrench
 from estimation.soles import soles_of
 from human import HumanModel, LocalCubic, Motion
 from human.marker_recording import ForcePlate, PlateForces
+from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from human.recording import ReadingReport
 from human.simulate import SensorNoise
 
@@ -108,6 +109,7 @@ def test_zeros_that_drift_are_taken_off_and_said(scene, rails):
         (lambda f, m: (f / (70.0 * 9.81), m / (70.0 * 9.81)), "body weight"),
         (lambda f, m: (f, m * 1e3), "moments in N mm"),
         (lambda f, m: (f * 1e-3, m), "kN"),
+        (lambda f, m: (-f * 1e-3, -m * 1e-3), "points down"),
     ],
 )
 def test_units_and_signs_are_put_right_and_said(scene, rails, spoil, words):
@@ -279,3 +281,54 @@ def test_frames_without_plate_samples_are_not_known(scene, rails):
     inside = (scene.motion.time_s > 0.32) & (scene.motion.time_s < 0.78)
     assert np.all(feet.right.state[inside] == FootState.UNMEASURED)
     assert np.all(feet.right.usable[scene.motion.time_s > 0.9])
+
+
+def test_plates_in_another_place_than_the_motion_are_noticed(scene, rails):
+    shift = np.array([0.09, 0.0, 0.0])
+    moved = tuple(
+        replace(plate, origin=plate.origin + shift, corners=plate.corners + shift)
+        for plate in rails.plates
+    )
+    (words,) = found(scene, replace(rails, plates=moved)).findings
+    assert "(+0.09, " in words
+    assert "where the motion needs them" in words
+
+
+def test_noise_is_neither_a_person_nor_a_unit(scene, rails):
+    rng = np.random.default_rng(4)
+    for size in (0.6, 5.0):
+        noise = replace(
+            rails,
+            force=rng.normal(scale=size, size=rails.force.shape),
+            moment=rng.normal(scale=size, size=rails.force.shape),
+        )
+        feet = found(scene, noise)
+        assert not feet.stances
+        assert not any("multiplied" in text or "turned" in text for text in feet.assumed)
+        assert any("next to nothing" in text for text in feet.findings)
+
+
+def test_turning_the_whole_scene_turns_the_answer(scene, rails):
+    angle, shift = 1.1, np.array([2.0, -1.0, 0.0])
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    q = scene.motion.q.copy()
+    q[:, :3] = q[:, :3] @ R.T + shift
+    turn = np.broadcast_to(rotation_vector_to_quaternion(np.array([0.0, 0.0, angle])), (len(q), 4))
+    q[:, 3:7] = quaternion_multiply(turn, q[:, 3:7])
+    there = replace(
+        rails,
+        plates=tuple(
+            replace(p, origin=R @ p.origin + shift, corners=p.corners @ R.T + shift)
+            for p in rails.plates
+        ),
+        force=rails.force @ R.T,
+        moment=rails.moment @ R.T,
+    )
+    turned = feet_from_plates(scene.model, replace(scene.motion, q=q), there)
+    here = found(scene, rails)
+    for a, b in ((turned.right, here.right), (turned.left, here.left)):
+        np.testing.assert_array_equal(a.state, b.state)
+        force = b.wrench[:, :3] @ R.T
+        moment = b.wrench[:, 3:] @ R.T + np.cross(shift, force)
+        np.testing.assert_allclose(a.wrench, np.concatenate([force, moment], axis=1), atol=1e-8)
