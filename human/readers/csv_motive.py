@@ -15,8 +15,11 @@ from human.readers.axes import UNITS_M
 from human.readers.column_map import ColumnMap
 from human.readers.csv_table import read_csv
 from human.readers.errors import MalformedRecordingError
+from human.recording import Finding
 
 _HEADER_LINES = 12
+#: Pieces of trajectories that nobody gave a name.
+_UNLABELLED = "unlabeled"
 _UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "in"}
 #: Kinds of markers, the preferred first.
 _KINDS = ("marker", "rigid body marker", "bone marker")
@@ -42,7 +45,10 @@ def read_motive_csv(path: Path, digest: str = "", up: str | None = None) -> Mark
     """
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         lines = [stream.readline(1 << 22) for _ in range(_HEADER_LINES)]
-    rows = [next(csv.reader([line]), []) for line in lines]
+    try:
+        rows = [next(csv.reader([line]), []) for line in lines]
+    except csv.Error as problem:
+        raise MalformedRecordingError(f"{path.name}, header", "cells", str(problem)) from problem
     stated = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
     unit = _UNITS.get(stated.get("Length Units", "").strip().lower())
     if unit is None:
@@ -56,20 +62,8 @@ def read_motive_csv(path: Path, digest: str = "", up: str | None = None) -> Mark
         raise MalformedRecordingError(
             path.name, "rows of types, names and axes as Motive writes them", "others"
         )
-    names = rows[types + 1]
-    quantity = rows[axes - 1]
-    markers: dict[str, tuple[str, ...]] = {}
-    for kind in _KINDS:
-        found: dict[str, dict[str, str]] = {}
-        for k, axis in enumerate(rows[axes]):
-            row = (rows[types], names, quantity)
-            if any(k >= len(cells) for cells in row) or row[0][k].strip().lower() != kind:
-                continue
-            if row[2][k].strip().lower() == "position" and axis.strip() in ("X", "Y", "Z"):
-                found.setdefault(names[k].strip(), {})[axis.strip()] = str(k)
-        markers = {n: tuple(a[c] for c in "XYZ") for n, a in found.items() if len(a) == 3}
-        if markers:
-            break
+    header = (rows[types], rows[types + 1], rows[axes - 1], rows[axes])
+    markers, unlabelled = _positions(header, path.name)
     if not markers:
         raise MalformedRecordingError(
             path.name, "positions of labelled markers", "none", "Export with markers ticked."
@@ -81,7 +75,43 @@ def read_motive_csv(path: Path, digest: str = "", up: str | None = None) -> Mark
     numbers = [str(k) for k in range(len(rows[axes]))]
     read = read_csv(path, columns, digest, numbers).markers
     assert read is not None
-    return replace(read, format="motive-csv", version=stated.get("Format Version", ""))
+    findings = read.report.findings
+    if unlabelled:
+        findings += (
+            Finding(
+                "unlabelled", "note", "markers",
+                f"{unlabelled} pieces of markers without a name were passed over.",
+            ),
+        )  # fmt: skip
+    return replace(
+        read, format="motive-csv", version=stated.get("Format Version", ""),
+        report=replace(read.report, findings=findings),
+    )  # fmt: skip
+
+
+def _positions(
+    header: tuple[list[str], list[str], list[str], list[str]], place: str
+) -> tuple[dict[str, tuple[str, ...]], int]:
+    """Returns the columns of each named marker, by number, and how many have no name."""
+    for kind in _KINDS:
+        found: dict[str, dict[str, str]] = {}
+        unlabelled = 0
+        cells = enumerate(zip(*header, strict=False))
+        for k, (of, name, quantity, axis) in ((k, map(str.strip, cell)) for k, cell in cells):
+            if of.lower() != kind or quantity.lower() != "position" or axis not in ("X", "Y", "Z"):
+                continue
+            if name.lower().startswith(_UNLABELLED):
+                unlabelled += axis == "X"
+                continue
+            if axis in found.setdefault(name, {}):
+                raise MalformedRecordingError(
+                    f"{place}, row of names", "each marker once", f"{name} more than once"
+                )
+            found[name][axis] = str(k)
+        markers = {n: tuple(a[c] for c in "XYZ") for n, a in found.items() if len(a) == 3}
+        if markers:
+            return markers, unlabelled
+    return {}, 0
 
 
 def _words(row: list[str]) -> set[str]:

@@ -258,29 +258,51 @@ def test_damaged_files_and_other_formats(tmp_path: Path) -> None:
         read_table(tmp_path / "none.csv", map_file)
 
 
-MOTIVE = """Format Version,1.23,Take Name,a,Capture Frame Rate,50,Length Units,{unit}
+#: As Motive 3 writes it; older versions have no words in the second column.
+MOTIVE = """Format Version,1.24,Take Name,a,Capture Frame Rate,50,Length Units,{unit}
 
-,,Rigid Body,Rigid Body,Rigid Body,Marker,Marker,Marker,Marker,Marker,Marker
-,,Box,Box,Box,S:Heel,S:Heel,S:Heel,S:Head,S:Head,S:Head
-,,"1","1","1","2","2","2","3","3","3"
-,,Position,Position,Position,Position,Position,Position,Position,Position,Position
-Frame,Time (Seconds),X,Y,Z,X,Y,Z,X,Y,Z
+,Type,Bone,Bone,Bone,Marker,Marker,Marker,Marker,Marker,Marker,Marker,Marker,Marker
+,Name,Box,Box,Box,S:Heel,S:Heel,S:Heel,S:Head,S:Head,S:Head,{last},{last},{last}
+,ID,"1","1","1","2","2","2","3","3","3","4","4","4"
+,Parent,,,,S,S,S,S,S,S,,,
+,,Position,Position,Position,Position,Position,Position,Position,Position,Position{more}
+Frame,Time (Seconds),X,Y,Z,X,Y,Z,X,Y,Z,X,Y,Z
 """
 
 
-def test_motive_needs_no_map(tmp_path: Path) -> None:
-    rows = [f"{k},{t},9,9,9,0,0,0,{t},1500,200" for k, t in enumerate(TIME)]
+def motive(path: Path, unit: str = "Millimeters", last: str = "Unlabeled 1189", old: str = "",
+           new: str = "") -> Path:  # fmt: skip
+    rows = [f"{k},{t},9,9,9,0,0,0,{t},1500,200,,," for k, t in enumerate(TIME)]
     rows[2] = rows[2].replace("1500", "")
-    path = tmp_path / "a.csv"
-    path.write_text(MOTIVE.format(unit="Millimeters") + "\n".join(rows))
-    found = inspect_file(path)
+    head = MOTIVE.format(unit=unit, last=last, more=3 * ",Position").replace(old, new)
+    path.write_text(head + "\n".join(rows))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("", ""), (",Type,", ",,"), (",Parent,,,,S,S,S,S,S,S,,,\n", "")],
+)
+def test_motive_needs_no_map(tmp_path: Path, old: str, new: str) -> None:
+    found = inspect_file(motive(tmp_path / "a.csv", old=old, new=new))
     assert (found.format, found.markers, found.rate_hz) == ("motive-csv", ["S:Heel", "S:Head"], 50)
     # Heel at the very origin is a place like any other; an empty cell is a gap.
     assert found.unseen_frames == {"S:Head": 1}
     assert found.conversions[1] == "up is y by convention"
-    path.write_text(MOTIVE.format(unit="Parsec") + "\n".join(rows))
-    with pytest.raises(RecordingFileError, match="Length Units"):
-        inspect_file(path)
-    path.write_text(MOTIVE.format(unit="Meters").replace(",Marker", ",Bone") + "\n".join(rows))
-    with pytest.raises(RecordingFileError, match="labelled markers"):
-        inspect_file(path)
+    assert "unlabelled" in [note.code for note in found.notes]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"unit": "Parsec"}, "Length Units"),
+        ({"old": ",Marker", "new": ",Bone"}, "labelled markers"),
+        ({"last": "S:Head"}, "S:Head more than once"),
+        ({"old": "Frame,", "new": "Fame,"}, "as Motive writes them"),
+    ],
+)
+def test_what_motive_does_not_write_is_refused(
+    tmp_path: Path, changes: dict[str, str], message: str
+) -> None:
+    with pytest.raises(RecordingFileError, match=message):
+        inspect_file(motive(tmp_path / "a.csv", **changes))
