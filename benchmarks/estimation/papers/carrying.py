@@ -131,7 +131,7 @@ def _table(names: dict[str, Carried]) -> Table:
 
 
 def _bars(names: dict[str, Carried]) -> Table:
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for name, one in names.items():
         frames = np.any(
             [frames for phase, frames in supports(one).items() if phase != "unloaded"], axis=0

@@ -11,11 +11,11 @@ from benchmarks.estimation.papers.drawing import (
     legend_below,
     panels,
 )
-from benchmarks.estimation.papers.measuring import Measured
+from benchmarks.estimation.papers.measuring import FEET, Measured, foot_wrenches
 from benchmarks.estimation.papers.reports import Report, Table
 from benchmarks.estimation.papers.scenes import Scenes
 from estimation import Contact, Contacts, base_velocity, classify_by_force
-from human.simulate import SensorNoise, shoe_sensors, simulate_shoes
+from human import forward_kinematics
 
 LEVELS = ("left", "double", "right")
 
@@ -24,7 +24,7 @@ def experiment(scenes: Scenes) -> Report:
     """Classifies T1 to T4 by the vertical forces of the shoes."""
     rows, drawn = [], {}
     for name, task in scenes.tasks.items():
-        force = _vertical(scenes, task)
+        force = _vertical(task)
         truth = task.simulated.truth
         feet = truth.dynamics.feet
         assert feet is not None
@@ -70,21 +70,15 @@ def as_printed(force: np.ndarray) -> Contacts:
     return Contacts(np.stack([double | (difference > 0.0), double | (difference <= 0.0)], axis=-1))
 
 
-def _vertical(scenes: Scenes, task: Measured) -> np.ndarray:
-    """Vertical forces ``T x 2`` N that the shoes read, world z."""
-    from human import forward_kinematics
-
-    rng = np.random.default_rng(6)
-    noise = SensorNoise(sd=0.7)
-    out = np.zeros((len(task.time_s), 2))
-    poses = forward_kinematics(scenes.model, task.simulated.motion.q)
-    for shoe in simulate_shoes(
-        scenes.model, task.simulated, shoe_sensors(scenes.model), rng, noise=noise
-    ):
-        up = poses.of(shoe.sensor.segment)[0][:, 2, :] @ shoe.sensor.rotation
-        foot = int(shoe.sensor.segment == "LeftFoot")
-        out[:, foot] += np.sum(up * shoe.wrench[:, :3], axis=1)
-    return out
+def _vertical(task: Measured) -> np.ndarray:
+    """Vertical forces ``T x 2`` N that the shoes read, lost frames repeating the last."""
+    poses = forward_kinematics(task.model, task.simulated.motion.q)
+    read, _ = foot_wrenches(task)
+    up = [
+        np.einsum("tj,tj->t", poses.of(name)[0][:, 2, :], wrench[:, :3])
+        for name, wrench in zip(FEET, read, strict=True)
+    ]
+    return np.stack(up, axis=1)
 
 
 def _base_error(task: Measured, found: Contacts) -> float:
@@ -96,7 +90,7 @@ def _base_error(task: Measured, found: Contacts) -> float:
     return float(np.sqrt(np.mean(apart**2)))
 
 
-def _figure(drawn: dict) -> Figure:
+def _figure(drawn: dict[str, tuple[Measured, np.ndarray, dict[str, Contacts]]]) -> Figure:
     figure, axes = panels(len(drawn), 1, "2019 Fig. 6: which feet stand", size=(9.0, 6.5))
     for axis, (name, (task, loaded, ways)) in zip(axes[:, 0], drawn.items(), strict=True):
         axis.plot(task.time_s, _level(loaded), color=TRUE, linewidth=2.2, label="truly loaded")

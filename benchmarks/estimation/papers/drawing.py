@@ -13,7 +13,12 @@ SUPPORT_SHADES = {"right": "#cfe3f5", "left": "#fbe3c0", "double": "#ffffff"}
 
 
 def panels(
-    rows: int, columns: int, title: str, *, size: tuple[float, float] | None = None, **options: bool
+    rows: int,
+    columns: int,
+    title: str,
+    *,
+    size: tuple[float, float] | None = None,
+    **options: bool | str,
 ) -> tuple[Figure, np.ndarray]:
     """Makes a figure of equal panels with time below the last row.
 
@@ -22,7 +27,7 @@ def panels(
     """
     width, height = size or (3.2 * columns + 1.0, 1.9 * rows + 1.0)
     figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
     figure.suptitle(title, fontsize=11)
     for axis in axes.flat:
         axis.grid(True, color="#dddddd", linewidth=0.6)

@@ -20,6 +20,7 @@ from benchmarks.estimation.papers.measuring import FEET, Measured, foot_wrenches
 from benchmarks.estimation.papers.reports import Report, Table, rms
 from benchmarks.estimation.papers.scenes import TPOSE, Scenes
 from estimation import TPOSE_NO_LOAD, Estimate
+from human import forward_kinematics
 
 #: The paper names 1e-6 alone; the others are ours.
 SWEEP = (1e-6, 1e-4, 1e-2, 1.0, 1e2)
@@ -74,8 +75,6 @@ def _estimate(task: Measured, feet: float, accelerations: bool) -> Estimate:
 
 def _read(task: Measured) -> tuple[np.ndarray, np.ndarray]:
     """Axes of the feet in the world ``2 x T x 3 x 3``; what was read, in world axes."""
-    from human import forward_kinematics
-
     poses = forward_kinematics(task.model, task.simulated.motion.q)
     rotation = np.array([poses.of(name)[0] for name in FEET])
     return rotation, _turned(rotation, foot_wrenches(task)[0])
@@ -94,7 +93,9 @@ def _turned(rotation: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 _PARTS = (slice(0, 3), slice(3, 6))
 
 
-def _errors(task: Measured, held: np.ndarray, errors: dict, worst: np.ndarray) -> Figure:
+def _errors(
+    task: Measured, held: np.ndarray, errors: dict[float, np.ndarray], worst: np.ndarray
+) -> Figure:
     title = "2021 Fig. 8: feet, |estimated - measured| for covariances of the feet (world axes)"
     figure, axes = panels(6, 2, title, size=(9.5, 10.0), sharex=True, sharey="row")
     names = log_sweep(list(errors))

@@ -11,7 +11,7 @@ import numpy as np
 
 from estimation import Accelerometer, ForceTorque, JointAcceleration, Measurement
 from estimation.covariances import TwoStepCovariances
-from human import HumanModel
+from human import HumanModel, forward_kinematics
 from human.simulate import (
     IMU_SEGMENTS,
     Dropouts,
@@ -126,7 +126,9 @@ def measured(
     return Measured(name, model, simulated, tuple(sensors), arrived & there, there, acceleration)
 
 
-def as_in_the_paper(sensors: tuple[Measurement, ...], preset: TwoStepCovariances) -> list:
+def as_in_the_paper(
+    sensors: tuple[Measurement, ...], preset: TwoStepCovariances
+) -> list[Measurement]:
     """Gives readings the paper's covariances instead of their noise."""
     out: list[Measurement] = []
     for sensor in sensors:
@@ -141,7 +143,7 @@ def as_in_the_paper(sensors: tuple[Measurement, ...], preset: TwoStepCovariances
     return out
 
 
-def without_accelerations(sensors: list) -> list:
+def without_accelerations(sensors: list[Measurement]) -> list[Measurement]:
     """Puts zeros in place of all measured accelerations, as the papers' software did."""
     return [
         replace(sensor, value=np.zeros_like(np.asarray(sensor.value)))
@@ -157,8 +159,6 @@ def foot_wrenches(task: Measured) -> tuple[np.ndarray, np.ndarray]:
     Returns:
         Both ``2 x T x 6`` (right, left) N, N m, foot axes, about the ankle.
     """
-    from human import forward_kinematics
-
     poses = forward_kinematics(task.model, task.simulated.motion.q)
     feet = task.simulated.truth.dynamics.feet
     assert feet is not None

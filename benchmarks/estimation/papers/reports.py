@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-Cell = str | float | bool | None
 _MARKS = {True: "pass", False: "FAIL", None: ""}
 
 
@@ -17,7 +16,7 @@ class Table:
 
     title: str
     columns: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
+    rows: Sequence[Sequence[object]]
 
     def text(self) -> str:
         """Returns the table as aligned lines."""
@@ -74,11 +73,11 @@ class Report:
         return paths
 
 
-def shown(cell: Cell) -> str:
+def shown(cell: object) -> str:
     """Returns a cell as text: three digits for numbers."""
-    if cell is None or isinstance(cell, bool | np.bool_):
-        return _MARKS[None if cell is None else bool(cell)]
-    return cell if isinstance(cell, str) else f"{cell:.3g}"
+    if cell is None or isinstance(cell, bool):
+        return _MARKS[cell]
+    return f"{cell:.3g}" if isinstance(cell, float) else str(cell)
 
 
 def rms(values: np.ndarray, axis: int | None = None) -> np.ndarray:

@@ -1,6 +1,7 @@
 """The papers' tasks, simulated: who does what, for how long, with which load."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from human import HumanModel, Subject, generate_model
 from human.simulate import (
     Operator,
     Posture,
+    SimulatedMotion,
     Stance,
     Station,
     operator,
@@ -101,17 +103,17 @@ class Scenes:
             for side, sign in _SIDES
         }
         hold = 2.0 * self.length
-        down = {"drop_m": 0.15, "pitch_rad": 0.5, "angles": arms}
-        carry = {"load": 1.0, "angles": arms}
+        stoop = Posture(1.5, 0.3, angles=arms, drop_m=0.15, pitch_rad=0.5)
+        carry = Posture(1.5, hold, angles=arms, load=1.0)
         postures = [
             Posture(hold_s=1.5 * hold),
-            Posture(1.5, 0.3, **down),
-            Posture(0.6, 0.3, load=1.0, **down),
-            Posture(1.5, hold, **carry),
-            Posture(2.0, hold, "left", **carry),
-            Posture(2.0, 0.5, **carry),
-            Posture(2.0, hold, "right", **carry),
-            Posture(2.0, hold, **carry),
+            stoop,
+            replace(stoop, move_s=0.6, load=1.0),
+            carry,
+            replace(carry, move_s=2.0, feet="left"),
+            replace(carry, move_s=2.0, hold_s=0.5),
+            replace(carry, move_s=2.0, feet="right"),
+            replace(carry, move_s=2.0),
         ]
         rng = self._rng(4)
         half = dict.fromkeys(("RightHandCOM", "LeftHandCOM"), 0.5 * CARRIED_KG)
@@ -159,7 +161,12 @@ class Scenes:
         move = self._postures(postures, rng, {"RightHandCOM": load_kg})
         return measured("T-pose", self.model, move, rng, feet="plates")
 
-    def _postures(self, postures: list, rng: np.random.Generator, load_kg: dict | None = None):
+    def _postures(
+        self,
+        postures: list[Posture],
+        rng: np.random.Generator,
+        load_kg: dict[str, float] | None = None,
+    ) -> SimulatedMotion:
         return simulate_postures(
             self.model, self.person, rng, postures, load_kg=load_kg, rate_hz=RATE_HZ
         )

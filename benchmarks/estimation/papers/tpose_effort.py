@@ -9,6 +9,7 @@ from estimation import (
     ForceTorque,
     FreeWrench,
     JointAcceleration,
+    Measurement,
     estimate,
     payload,
     real_tree,
@@ -31,7 +32,7 @@ def experiment(scenes: Scenes) -> Report:
             raise SystemExit(f"--urdf {scenes.urdf}: expected {FILE} in it; it is not there")
         models.insert(0, ("IIT subject 3", from_urdf(path.read_text()), True))
         notes = []
-    rows: list[tuple] = []
+    rows: list[tuple[object, ...]] = []
     for name, model, published in models:
         for load_kg, paper in PUBLISHED.items():
             static = tpose_efforts(model, load_kg)
@@ -69,7 +70,7 @@ def _estimated(model: HumanModel, load_kg: float) -> tuple[tuple[float, ...], fl
     plate = inverse_dynamics(model, q, wrenches=[load])[:, :6]
     still = np.zeros((1, model.nv))
     known = 1e-6
-    sensors = [
+    sensors: list[Measurement] = [
         ForceTorque("RightFoot", plate, known, fixed_to="world"),
         FreeWrench("RightHandCOM"),
         Accelerometer("Pelvis", np.array([[0.0, 0.0, 9.81]]), known),

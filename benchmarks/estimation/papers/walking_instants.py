@@ -13,7 +13,7 @@ from benchmarks.estimation.papers.loads import BOTH, hand_forces
 from benchmarks.estimation.papers.measuring import FEET
 from benchmarks.estimation.papers.reports import Report, Table
 from benchmarks.estimation.papers.scenes import Scenes
-from estimation import joint_efforts
+from estimation import JointEfforts, joint_efforts
 from human import HumanModel, forward_kinematics
 
 #: Metres drawn for a newton.
@@ -71,7 +71,9 @@ def _middle(frames: np.ndarray) -> int:
     return int(frames[len(frames) // 2])
 
 
-def _figure(model: HumanModel, one: Carried, moments: dict[str, int], efforts) -> Figure:
+def _figure(
+    model: HumanModel, one: Carried, moments: dict[str, int], efforts: JointEfforts
+) -> Figure:
     title = "2021 Fig. 19: seen from the right; blue: load on the hands (x 3), orange: ground"
     figure, axes = panels(1, len(moments), title, size=(12.0, 4.4), sharey=True)
     norm = Normalize(0.0, _HIGHEST_NM)
@@ -88,7 +90,7 @@ def _figure(model: HumanModel, one: Carried, moments: dict[str, int], efforts) -
 
 
 def _body(
-    axis: Axes, model: HumanModel, one: Carried, frame: int, efforts, norm: Normalize
+    axis: Axes, model: HumanModel, one: Carried, frame: int, efforts: JointEfforts, norm: Normalize
 ) -> None:
     poses = forward_kinematics(model, one.task.simulated.motion.q[[frame]])
     at = {name: poses.of(name)[1][0, [0, 2]] for name in model.segment_names}
@@ -100,7 +102,8 @@ def _body(
     children = {joint: model.segment_names[k + 1] for k, joint in enumerate(model.joint_names)}
     points = np.array([at[children[name]] for name in efforts.joint_names])
     axis.scatter(
-        *points.T,
+        points[:, 0],
+        points[:, 1],
         c=efforts.effort_nm[frame],
         norm=norm,
         cmap="viridis",
@@ -127,8 +130,8 @@ def _arrow(axis: Axes, start: np.ndarray, force: np.ndarray, color: str) -> None
     way = _SCALE * force[[0, 2]] * (3.0 if color == ESTIMATED else 1.0)
     axis.annotate(
         "",
-        start + way,
-        start,
+        tuple(start + way),
+        tuple(start),
         arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.8, "shrinkA": 0},
         zorder=4,
     )
