@@ -10,8 +10,8 @@ from estimation.required_wrench import required_wrench
 from estimation.soles import soles_of
 from human import HumanModel, LocalCubic, Motion
 from human.marker_recording import ForcePlate, PlateForces
-from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from human.recording import ReadingReport
+from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from human.simulate import SensorNoise
 
 from .plate_scene import PlateScene, floor_plate, plate_forces, walking_scene
