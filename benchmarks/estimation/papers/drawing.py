@@ -18,7 +18,8 @@ def panels(
     title: str,
     *,
     size: tuple[float, float] | None = None,
-    **options: bool | str,
+    sharex: bool | str = False,
+    sharey: bool | str = False,
 ) -> tuple[Figure, np.ndarray]:
     """Makes a figure of equal panels with time below the last row.
 
