@@ -102,10 +102,8 @@ def recognise_marker_set(names: Sequence[str]) -> RecognisedMarkers:
     """
     best = max(
         (match_markers(names, marker_set) for marker_set in known_marker_sets()),
-        key=lambda match: (
-            len(match.place_of), match.share, len(match.landmarks), -len(match.missing)
-        ),
-    )  # fmt: skip
+        key=lambda match: (len(match.place_of), match.share, len(match.landmarks)),
+    )
     if best.share < LEAST_SHARE or len(best.landmarks) < _LEAST_LANDMARKS:
         raise UnknownMarkerSetError(
             names,
