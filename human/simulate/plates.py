@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from human.marker_recording import ForcePlate, PlateForces
+from human.recording import ReadingReport
 from human.simulate.errors import SimulationError
 from human.simulate.records import SimulatedMotion
 from human.simulate.sensor_noise import (
@@ -44,6 +46,12 @@ class Plate:
     rotation: Array
     size: tuple[float, float]
     sensor_origin: Array
+
+    def corners(self) -> Array:
+        """Returns the corners of its surface in order around, ``4 x 3`` [m], world."""
+        x, y = 0.5 * np.array(self.size)
+        local = np.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]])
+        return np.asarray(self.center + local @ self.rotation.T)
 
     def bears(self, point: Array) -> Mask:
         """Returns whether points of the floor ``T x 2`` [m], world, are on it."""
@@ -112,6 +120,26 @@ class PlateRecording:
 
     readings: tuple[PlateReading, ...]
     beside: Mask
+
+    def as_read(self, time_s: Array) -> PlateForces:
+        """Returns what a reader makes of it: world axes, about each plate's middle.
+
+        Args:
+            time_s: the plates' own times, ``T`` [s].
+        """
+        plates = tuple(
+            ForcePlate(
+                reading.plate.name,
+                reading.plate.center,
+                float(reading.plate.center[2]),
+                reading.plate.corners(),
+            )
+            for reading in self.readings
+        )
+        wrench = np.stack([reading.world() for reading in self.readings], axis=1)
+        force = wrench[..., :3]
+        moment = wrench[..., 3:] - np.cross([plate.origin for plate in plates], force)
+        return PlateForces(np.array(time_s), plates, force, moment, ReadingReport())
 
 
 def plate_pair(

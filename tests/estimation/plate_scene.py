@@ -36,8 +36,7 @@ class PlateScene:
         self, plates: Sequence[Plate], rng: np.random.Generator, noise: SensorNoise | None = None
     ) -> PlateForces:
         recorded = simulate_plates(self.fast, plates, rng, noise=noise or SensorNoise())
-        wrench = np.stack([reading.world() for reading in recorded.readings], axis=1)
-        return plate_forces(self.fast.motion.time_s, plates, wrench)
+        return recorded.as_read(self.fast.motion.time_s)
 
 
 def plate_forces(time_s, plates: Sequence[Plate], wrench_world: np.ndarray) -> PlateForces:
@@ -46,16 +45,10 @@ def plate_forces(time_s, plates: Sequence[Plate], wrench_world: np.ndarray) -> P
     force = wrench_world[..., :3]
     moment = wrench_world[..., 3:] - np.cross(origins, force)
     records = tuple(
-        ForcePlate(str(k + 1), plate.center, float(plate.center[2]), corners_of(plate))
-        for k, plate in enumerate(plates)
+        ForcePlate(plate.name, plate.center, float(plate.center[2]), plate.corners())
+        for plate in plates
     )
     return PlateForces(np.array(time_s), records, force, moment, ReadingReport())
-
-
-def corners_of(plate: Plate) -> np.ndarray:
-    x, y = 0.5 * np.array(plate.size)
-    local = np.array([[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]])
-    return plate.center + local @ plate.rotation.T
 
 
 def floor_plate(name: str, x: float, y: float, size=(0.6, 0.4)) -> Plate:

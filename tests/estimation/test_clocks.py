@@ -10,7 +10,7 @@ from human.simulate import SensorNoise, solve_dynamics
 
 from .plate_scene import floor_plate, plate_forces, walking_scene
 
-RAILS = (floor_plate("r", 1.0, -0.35, (3.0, 0.69)), floor_plate("l", 1.0, 0.35, (3.0, 0.69)))
+RAILS = (floor_plate("1", 1.0, -0.35, (3.0, 0.69)), floor_plate("2", 1.0, 0.35, (3.0, 0.69)))
 TILES = (floor_plate("a", 0.55, 0.0, (0.6, 0.6)), floor_plate("b", 1.16, 0.0, (0.6, 0.6)))
 NOISE = SensorNoise(sd=[1.0, 1.0, 2.0, 0.3, 0.3, 0.2], offset_sd=[3.0, 3.0, 5.0, 1.0, 1.0, 1.0])
 

@@ -17,7 +17,7 @@ from human.simulate import SensorNoise
 from .plate_scene import PlateScene, floor_plate, plate_forces, walking_scene
 
 #: One plate for each foot, all along the way: what a split-belt treadmill has.
-RAILS = (floor_plate("r", 1.0, -0.35, (3.0, 0.69)), floor_plate("l", 1.0, 0.35, (3.0, 0.69)))
+RAILS = (floor_plate("1", 1.0, -0.35, (3.0, 0.69)), floor_plate("2", 1.0, 0.35, (3.0, 0.69)))
 NOISE = SensorNoise(sd=[1.0, 1.0, 2.0, 0.3, 0.3, 0.2])
 
 
@@ -227,7 +227,7 @@ def test_half_a_foot_on_a_plate_is_not_known(scene):
     )
     wrench[during, 0] *= 0.5
     at = np.median((-wrench[during, 0, 4] / np.maximum(wrench[during, 0, 2], 1.0))[100:250])
-    before = floor_plate("r", at - 2.0, -0.35, (4.0, 0.69))
+    before = floor_plate("1", at - 2.0, -0.35, (4.0, 0.69))
     spoilt = plate_forces(time, (before, RAILS[1]), wrench)
     feet = found(scene, spoilt)
     inside = (scene.motion.time_s > 1.8) & (scene.motion.time_s < 2.3)
