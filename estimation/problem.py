@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -188,6 +189,7 @@ def observation(
     return axes, place, C, transposed(C) @ symmetric(inverse(covariance))
 
 
+@lru_cache(maxsize=8)
 def untouched(covariances: ModelCovariances) -> Array:
     """Returns the covariance ``(6, 6)`` of the wrench on a link that nothing is known to touch."""
     force, moment = covariances.untouched_force_sd**2, covariances.untouched_moment_sd**2

@@ -72,6 +72,7 @@ class Estimator:
         self._kernel = chosen_kernel(engine)
         self._count = 0
         self._observed: Observations = {}
+        self._call: Call | None = None
         self._plan({name: _zeroed(sensor, tree) for name, sensor in measurements.items()})
 
     @property
@@ -170,7 +171,7 @@ class Estimator:
         observed = {key: seen for key, seen in self._observed.items() if key in kept}
         plan = tables(tree, given, self._model, 1, sites, self._spreads, observed)
         if wanted.compiled and self._kernel is not None:
-            self._call = Call(self._kernel, tree, plan, 1)
+            self._call = Call(self._kernel, tree, plan, 1, self._call)
         self._sensors, self._given, self._assumed = sensors, given, tuple(assumed)
         self._wanted, self._tables, self._observed = wanted, plan, observed
         # Readings stand one after another, in the order of the sensors; what is derived follows.
@@ -231,8 +232,8 @@ class Estimator:
                 self._taken[place] = base[:3] if isinstance(sensor, Accelerometer) else base[3:]
 
     def _solve(self, q: Array, v: Array) -> Results:
-        if self._wanted.compiled:
-            call, moves = self._call, self._moves
+        call, moves = self._call, self._moves
+        if call is not None:
             call.state(q, v)
             row = call.row[0, self._tables.state_width :]
             row[:] = self._rest

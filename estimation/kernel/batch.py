@@ -1,6 +1,7 @@
 """Runs the compiled kernel over the frames of a run."""
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 
@@ -28,14 +29,31 @@ def supports(covariances: ModelCovariances) -> bool:
 class Call:
     """One set of tables and working memory; used by one thread at a time."""
 
-    def __init__(self, solve: Solve, tree: EstimationTree, inputs: Tables, frames: int) -> None:
-        """Allocates room for the inputs of ``frames`` frames."""
+    def __init__(
+        self,
+        solve: Solve,
+        tree: EstimationTree,
+        inputs: Tables,
+        frames: int,
+        before: Self | None = None,
+    ) -> None:
+        """Allocates room for the inputs of ``frames`` frames.
+
+        Args:
+            solve: the compiled kernel.
+            tree: the links.
+            inputs: its tables.
+            frames: how many it takes at once.
+            before: a call that is over, whose working memory may be used again.
+        """
+        size = LANES * inputs.slots
+        self._work: Array = before._work if before and len(before._work) >= size else aligned(size)
         self._solve = solve
         self._n_dof = tree.n_dof
         self._starts, _ = columns(tree.n_dof)
         self.row = np.zeros((frames, inputs.width))
         self._own = {
-            "work": aligned(LANES * inputs.slots),
+            "work": self._work,
             "rows": np.zeros(LANES, dtype=np.int64),
             "frames": self.row,
             "constants": inputs.constants,

@@ -7,6 +7,7 @@ positions and velocities is left to the kernel.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -54,8 +55,8 @@ from estimation.sensors import variances as joint_variances
 from estimation.spatial import Array, IntArray, inverse, symmetric, times, transposed
 from estimation.tree import EstimationTree
 
-#: What sensors see of their links, by the sensor's identity, with the sensor to keep that its own.
-Observations = dict[int, tuple[Measurement, Array | None, Array, Array, Array]]
+#: What was found out about sensors, by their identity; with the sensor, so that it stays its own.
+Observations = dict[int, tuple[Measurement, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +179,7 @@ def tables(
         links[link, LINK_ROW["dof"] : LINK_ROW["dof"] + len(axes)] = dofs
     memory: Observations = {} if remembered is None else remembered
     sensors = _motion_sensors(tree, measurements, covariances, frames, numbers, links, memory)
-    plates = _wrenches(tree, measurements, covariances, frames, numbers, links)
+    plates = _wrenches(tree, measurements, covariances, frames, numbers, links, memory)
     variance, mean = joint_information(tree, measurements, covariances, frames)
     means = numbers.own(mean)
     for which, sensor in enumerate(measurements):
@@ -274,8 +275,8 @@ def _motion_sensors(
             axes, r, C, weighted = observation(sensor, frames)
             spun = weighted if sensor.rotation is None else weighted @ transposed(axes)
             information = symmetric(weighted @ C)
-            remembered[id(sensor)] = (sensor, r, weighted, spun, information)
-        _, r, weighted, spun, information = remembered[id(sensor)]
+            remembered[id(sensor)] = (sensor, (r, weighted, spun, information))
+        r, weighted, spun, information = remembered[id(sensor)][1]
         J[link] = J[link] + information
         rows[link].append(
             [
@@ -310,6 +311,7 @@ def _wrenches(
     frames: int,
     numbers: _Numbers,
     links: IntArray,
+    remembered: Observations,
 ) -> IntArray:
     """Refers to what force sensors tell; returns the rows of plates, link by link."""
     noise: dict[int, Array] = {}
@@ -321,23 +323,19 @@ def _wrenches(
         if not isinstance(sensor, ForceTorque | FreeWrench):
             continue
         link = tree.link_names.index(sensor.link)
+        if id(sensor) not in remembered:
+            remembered[id(sensor)] = (sensor, _wrench_noise(sensor, frames))
+        axes, place, carry, block = remembered[id(sensor)][1]
         if isinstance(sensor, FreeWrench):
-            variances = [sensor.force_sd**2] * 3 + [sensor.moment_sd**2] * 3
-            block = checked_blocks(describe(sensor), np.diag(variances))[None]
             noise[link] = noise.get(link, nothing) + block
             continue
         y = values(sensor, sensor.value, frames, 6)
-        block = blocks(sensor, sensor.covariance, frames, 6)
         if sensor.fixed_to == "world":
             noise.setdefault(link, nothing)
-            place = point(sensor, sensor.position, frames)
-            axes = turning(sensor, sensor.rotation, frames)
             own = [numbers.refer(part) for part in (axes, place, block)]
             plates[link].append([*own, numbers.read(which, numbers.own(y))])
             continue
-        carry = wrench_carrier(sensor, frames)
-        if carry is not None:
-            y, block = times(carry, y), symmetric(carry @ block @ transposed(carry))
+        y = y if carry is None else times(carry, y)
         noise[link] = noise.get(link, nothing) + block
         summed[link] = summed[link] + y if link in summed else y
         parts.setdefault(link, []).append((which, carry))
@@ -350,6 +348,23 @@ def _wrenches(
             numbers.read(which, mean, carry)
         links[link, LINK_ROW["wrench"]] = mean
     return _in_turn(plates, links, "first_plate", "last_plate", PLATE_ROW_SIZE)
+
+
+def _wrench_noise(
+    sensor: ForceTorque | FreeWrench, frames: int
+) -> tuple[Array | None, Array | None, Array | None, Array]:
+    """A plate's axes and place in the world, or a sensor's way to its link; and the covariance."""
+    if isinstance(sensor, FreeWrench):
+        variances = [sensor.force_sd**2] * 3 + [sensor.moment_sd**2] * 3
+        return None, None, None, checked_blocks(describe(sensor), np.diag(variances))[None]
+    block = blocks(sensor, sensor.covariance, frames, 6)
+    if sensor.fixed_to == "world":
+        place = point(sensor, sensor.position, frames)
+        return turning(sensor, sensor.rotation, frames), place, None, block
+    carry = wrench_carrier(sensor, frames)
+    if carry is not None:
+        block = symmetric(carry @ block @ transposed(carry))
+    return None, None, carry, block
 
 
 def _pairs(tree: EstimationTree, sites: Sequence[str]) -> tuple[IntArray, IntArray]:

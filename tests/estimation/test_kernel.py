@@ -80,7 +80,7 @@ def as_sensors(problem, monkeypatch):
         links[1:, LINK_ROW["first_sensor"]] = own[:-1]
         return np.array(rows, dtype=np.int64)
 
-    def wrenches_of(tree, measurements, covariances, frames, numbers, links):
+    def wrenches_of(tree, measurements, covariances, frames, numbers, links, _):
         for link in range(tree.n_links):
             links[link, LINK_ROW["wrench_covariance"]] = numbers.refer(problem.Px[link])
             links[link, LINK_ROW["wrench"]] = numbers.own(problem.fbar[link])
