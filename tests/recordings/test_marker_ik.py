@@ -70,8 +70,9 @@ def segment_speed(fit: FittedMarkers, segment: str) -> tuple[np.ndarray, np.ndar
 
 def test_a_deep_squat_has_the_thigh_s_own_speed_through_the_hip_s_singular_posture(fitted) -> None:
     fit = fitted["squats"]
-    hip = fit.motion.joint_angles[:, fit.model.dof_names.index("jRightHip_roty")]
-    assert hip.min() < -np.pi / 2 < hip.max()
+    # The outer angles swing by more than a right angle, as they only do past that posture.
+    hip = fit.motion.joint_angles[:, fit.model.dof_names.index("jRightHip_rotx")]
+    assert np.ptp(hip) > np.pi / 2
     stated, turned = segment_speed(fit, "RightUpperLeg")
     assert np.sqrt(np.mean((stated - turned) ** 2)) < 0.1 * np.sqrt(np.mean(turned**2))
 
