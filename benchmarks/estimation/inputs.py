@@ -1,11 +1,13 @@
-"""What stands before the estimator: contacts, base velocity, sensor places, on simulated people.
+"""What stands before the estimator, on simulated people.
+
+Contacts, base velocity, sensor places, plates given to feet, clocks.
 
 Run with::
 
     python -m benchmarks.estimation.inputs
 
 Prints each figure beside its bar and exits with 1 when one misses it. Real feet are held to real
-plates by ``tests/recordings/test_contacts.py``.
+plates by ``tests/recordings/test_contacts.py`` and ``test_foot_forces.py``.
 """
 
 import sys
@@ -15,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.estimation.figure import Figure
+from benchmarks.estimation.plates import plate_figures
 from estimation import (
     Contact,
     ContactDetector,
@@ -24,6 +28,7 @@ from estimation import (
     LinkMotion,
     base_velocity,
     classify_by_force,
+    contacts_of_motion,
     place_imu,
     sole_motion,
 )
@@ -56,30 +61,6 @@ FRAMES_BAR, SWITCH_BAR_MS = 0.98, 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
-    """A measured number and its bar; shares must reach it, all else must not exceed it."""
-
-    name: str
-    value: float
-    bar: float | None
-    unit: str
-
-    @property
-    def passed(self) -> bool:
-        """Whether the bar is kept; what has none passes."""
-        if self.bar is None:
-            return True
-        return self.value >= self.bar if self.unit == "share" else self.value <= self.bar
-
-    def line(self) -> str:
-        """One line for the terminal."""
-        sign = ">=" if self.unit == "share" else "<="
-        bar = "" if self.bar is None else f"{sign} {self.bar:g}"
-        verdict = "    " if self.bar is None else "pass" if self.passed else "FAIL"
-        return f"{verdict}  {self.value:8.4g} {self.unit:6} {bar:9}  {self.name}"
-
-
-@dataclass(frozen=True, slots=True)
 class Steps:
     """A walk between two rests: times, truth and noisy measurements."""
 
@@ -105,6 +86,7 @@ def figures() -> Iterator[Figure]:
         yield from position_figures(model, walk, rng, f"{kind}, {rate_hz:g} Hz")
         yield from base_figures(model, walk, rng, f"{kind}, {rate_hz:g} Hz")
     yield from placement_figures(model)
+    yield from plate_figures(model)
 
 
 def contact_figures(steps: Steps, who: str) -> Iterator[Figure]:
@@ -151,15 +133,22 @@ def contact_figures(steps: Steps, who: str) -> Iterator[Figure]:
 def position_figures(
     model: HumanModel, walk: SimulatedMotion, rng: np.random.Generator, who: str
 ) -> Iterator[Figure]:
-    """Frames told right where speed and acceleration come of noisy positions; during the walk."""
-    motion, truth = walk.motion, walk.truth
-    q = motion.q.copy()
+    """Where there are noisy positions and nothing else: offline, and live for comparison."""
+    extra, count = round(STILL_S / float(walk.motion.time_s[1])), len(walk.motion)
+    index = np.r_[np.zeros(extra, int), np.arange(count), np.full(extra, count - 1)]
+    time_s = np.arange(len(index)) * float(walk.motion.time_s[1])
+    q = walk.motion.q[index].copy()
     q[:, 7:] += rng.normal(scale=ANGLE_SD, size=q[:, 7:].shape)
-    derived = motion_from_configurations(model.dof_names, motion.time_s, q)
-    feet = sole_motion(model, derived.q, derived.v, derived.a)
-    rest = np.stack([truth.contact_right, truth.contact_left], axis=-1)
-    share = float(np.all(ContactDetector().classify(feet=feet).feet == rest, axis=-1).mean())
-    yield Figure(f"frames right by differentiated angles, walk alone ({who})", share, None, "share")
+    derived = motion_from_configurations(model.dof_names, time_s, q)
+    rest = np.stack([walk.truth.contact_right, walk.truth.contact_left], axis=-1)[index]
+    found = Contacts(contacts_of_motion(model, derived).feet)
+    share = float(np.all(found.feet == rest, axis=-1).mean())
+    yield Figure(f"frames right by positions alone, offline ({who})", share, FRAMES_BAR, "share")
+    delay = slowest_switch(found, rest, np.asarray(time_s, dtype=np.float64))
+    yield Figure(f"slowest switch by positions alone, offline ({who})", delay, SWITCH_BAR_MS, "ms")
+    live = ContactDetector().classify(feet=sole_motion(model, derived.q, derived.v, derived.a))
+    share = float(np.all(live.feet == rest, axis=-1).mean())
+    yield Figure(f"frames right by positions alone, live ({who})", share, None, "share")
 
 
 def base_figures(
