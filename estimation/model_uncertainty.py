@@ -5,8 +5,9 @@ all of them, and no averaging over frames removes it. So the estimate is repeate
 at random, on a few frames, and the spread of the answers widens the bands.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -15,10 +16,14 @@ from estimation.errors import MeasurementError
 from estimation.estimate_record import Estimate
 from estimation.sensors import ForceTorque, Measurement
 from estimation.spatial import Array, symmetric, times, transposed
-from estimation.tree import BASE_NQ, EstimationTree
+from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
+from estimation.tree_kinematics import tree_kinematics
 
 #: Estimates means from a tree, configurations and measurements.
 Means = Callable[[EstimationTree, Array, Sequence[Measurement]], Estimate]
+
+
+_NOWHERE: Mapping[str, Array] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +35,9 @@ class ModelErrors:
         segment_length: of each segment's length, as a share.
         joint_angle_deg: of each joint angle, degrees.
         plate_offset_m: of where each foot's measured force acts, along each horizontal axis, m.
+        feet_seen: whether a foot's place on its plate was seen, as by markers on it, so that angles
+            and lengths that are wrong move its force along with it. Else they move the feet under
+            forces that stay where they are, and every leg is the less certain.
         pairs: how many pairs of opposite draws.
         grid_s: how far apart in time the draws are worked out; between, they are interpolated.
 
@@ -41,6 +49,7 @@ class ModelErrors:
     segment_length: float = 0.02
     joint_angle_deg: float = 2.0
     plate_offset_m: float = 0.005
+    feet_seen: bool = False
     pairs: int = 12
     grid_s: float = 0.25
 
@@ -105,14 +114,22 @@ class ModelDraw:
         out[:, BASE_NQ:] += self.angle
         return out
 
-    def sensors(self, measurements: Sequence[Measurement]) -> list[Measurement]:
-        """Returns the measurements with force plates where that draw has them."""
-        return [
-            replace(sensor, position=np.asarray(sensor.position) + self.plate_m[sensor.link])
-            if isinstance(sensor, ForceTorque) and sensor.link in self.plate_m
-            else sensor
-            for sensor in measurements
-        ]
+    def sensors(
+        self, measurements: Sequence[Measurement], moved: Mapping[str, Array] = _NOWHERE
+    ) -> list[Measurement]:
+        """Returns the measurements with force plates where that draw has them.
+
+        Args:
+            measurements: as believed.
+            moved: link to ``(m, 3)`` m by which this draw has it elsewhere, and its plate with it.
+        """
+        out: list[Measurement] = []
+        for sensor in measurements:
+            if isinstance(sensor, ForceTorque) and sensor.link in self.plate_m:
+                place = np.asarray(sensor.position) + self.plate_m[sensor.link]
+                sensor = replace(sensor, position=place + moved.get(sensor.link, 0.0))
+            out.append(sensor)
+        return out
 
 
 def draw_models(
@@ -212,11 +229,14 @@ def model_spread(
     effect without terms of second order, so that few pairs are enough.
     """
     torque, joint, external = [], [], []
+    seen = _places(tree, q) if errors.feet_seen else {}
     for draw in draws:
-        found = [
-            means(side.tree(tree), side.configuration(q), side.sensors(measurements))
-            for side in (draw, draw.opposite())
-        ]
+        found = []
+        for side in (draw, draw.opposite()):
+            body, posture = side.tree(tree), side.configuration(q)
+            places = _places(body, posture) if seen else {}
+            moved = {name: places[name] - seen[name] for name in places if name in side.plate_m}
+            found.append(means(body, posture, side.sensors(measurements, moved)))
         torque.append(0.5 * (found[0].torque - found[1].torque))
         joint.append(0.5 * (found[0].joint_wrench - found[1].joint_wrench))
         world = [in_world(each.external_wrench, each.link_rotation) for each in found]
@@ -224,6 +244,12 @@ def model_spread(
     return ModelSpread(
         time_s, np.array(torque), np.array(joint), np.array(external), errors.widening
     )
+
+
+def _places(tree: EstimationTree, q: Array) -> dict[str, Array]:
+    """Returns where each link is, ``(m, 3)`` m."""
+    position = tree_kinematics(tree, q, np.zeros((len(q), BASE_NV + tree.n_dof))).position
+    return dict(zip(tree.link_names, position, strict=True))
 
 
 def in_world(wrench: Array, rotation: Array) -> Array:

@@ -70,16 +70,26 @@ class _Part:
     q: Array
     v: Array
     a: Array
+    propped: BoolArray
     imus: tuple[Measurement, ...]
 
     @classmethod
-    def of(cls, motion: Motion, rows: IntArray, imus: Sequence[Measurement]) -> "_Part":
-        whole = cls(motion.time_s, motion.q, motion.v, motion.a, tuple(imus))
+    def of(
+        cls, motion: Motion, rows: IntArray, propped: BoolArray, imus: Sequence[Measurement]
+    ) -> "_Part":
+        whole = cls(motion.time_s, motion.q, motion.v, motion.a, propped, tuple(imus))
         return whole.select(rows)
 
     def select(self, rows: IntArray) -> "_Part":
         cut = (of_frames(sensor, rows, len(self.time_s)) for sensor in self.imus)
-        return _Part(self.time_s[rows], self.q[rows], self.v[rows], self.a[rows], tuple(cut))
+        return _Part(
+            self.time_s[rows],
+            self.q[rows],
+            self.v[rows],
+            self.a[rows],
+            self.propped[rows],
+            tuple(cut),
+        )
 
 
 class RecordingRun:
@@ -157,8 +167,8 @@ class RecordingRun:
         if self._hands is None:
             self._start(motion, feet)
         self._last_s = float(motion.time_s[-1])
-        known = foot_frames(feet, len(motion))
-        mark_feet(self._findings, feet, motion.time_s, known.mended)
+        known = foot_frames(feet, len(motion), self.tree.mass_kg)
+        mark_feet(self._findings, feet, motion.time_s, known)
         kept = self._kept(motion, imus)
         for joint, where in near_singular(self.tree, motion.q).items():
             self._findings.mark(
@@ -245,7 +255,7 @@ class RecordingRun:
         rows: IntArray,
         offset: int,
     ) -> RunChunk:
-        part = _Part.of(motion, rows, imus)
+        part = _Part.of(motion, rows, known.propped, imus)
         here = None if feet is None else feet.select(rows)
         ground = foot_sensors(here, known.usable[rows], part.q[:, :3])
         balance = known.balance[rows]
@@ -253,14 +263,14 @@ class RecordingRun:
         found, wide, spread = self._solved(part, ground, self._hands)
         bearing = loads_of(found, wide, self._settings, balance)
         state, chance = self._follow(found, spread, part.time_s, bearing)
-        joints = self._joints(found, balance)
+        joints = self._joints(found, part, balance)
         out = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
         empty = np.flatnonzero((state == HandState.FREE) & bearing.known)
         if len(empty):
             # With hands known to be empty the arms can be told as well.
             fewer = [of_frames(sensor, empty, len(rows)) for sensor in ground]
             again, wider, _ = self._solved(part.select(empty), fewer, ())
-            joints = self._joints(again, balance[empty])
+            joints = self._joints(again, part.select(empty), balance[empty])
             better = chunk_of(
                 wider,
                 part.time_s[empty],
@@ -279,9 +289,11 @@ class RecordingRun:
         self._gaps.append(-out.residual_n[weighed, 2] / GRAVITY_MS2)
         return out
 
-    def _joints(self, found: Estimate, balance: IntArray) -> BoolArray:
+    def _joints(self, found: Estimate, part: "_Part", balance: IntArray) -> BoolArray:
         settings = self._settings
-        known = joints_known(found, balance, settings.unobserved, settings.known_within_n)
+        known = joints_known(
+            found, balance, part.propped, settings.unobserved, settings.known_within_n
+        )
         return known[:, self._turning]
 
     def _solved(
@@ -290,7 +302,7 @@ class RecordingRun:
         """Estimates some frames: with bands of noise alone, and with the bands given out."""
         sensors = [
             *ground,
-            *body_sensors(self.tree, self._settings, hands, len(part.time_s)),
+            *body_sensors(self.tree, self._settings, hands, part.propped),
             *part.imus,
         ]
         if self._hands and not hands:

@@ -7,6 +7,7 @@ import numpy as np
 
 from estimation.foot_force_record import FootForces, FootState
 from estimation.run_records import SIDES
+from estimation.run_sensors import FootFrames
 from estimation.spatial import Array, BoolArray
 from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
 from human import Motion
@@ -107,7 +108,7 @@ def near_singular(tree: EstimationTree, q: Array) -> Mapping[str, BoolArray]:
 
 
 def mark_feet(
-    findings: Findings, feet: FootForces | None, time_s: Array, mended: BoolArray
+    findings: Findings, feet: FootForces | None, time_s: Array, frames: FootFrames
 ) -> None:
     """Says where the feet's forces are not known, and why."""
     if feet is None:
@@ -128,8 +129,14 @@ def mark_feet(
             f"{side} foot's wrench or variance is not a number that can be worked with, and is "
             "taken as not measured",
             time_s,
-            mended[:, column],
+            frames.mended[:, column],
         )
+    findings.mark(
+        "something else than the plates bears a part of the person (a chair, a table): no balance, "
+        "and no payload",
+        time_s,
+        frames.propped,
+    )
 
 
 def width_of(tree: EstimationTree) -> tuple[int, int]:

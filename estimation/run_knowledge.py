@@ -33,6 +33,7 @@ def levers(tree: EstimationTree) -> Array:
 def joints_known(
     estimate: Estimate,
     balance: IntArray,
+    propped: BoolArray,
     unobserved: Sequence[str],
     known_within_n: float,
 ) -> BoolArray:
@@ -41,6 +42,8 @@ def joints_known(
     Args:
         estimate: with bands that hold noise and what is open, not errors of the model.
         balance: ``(n,)`` a `Balance` each.
+        propped: ``(n,)`` whether a seat or the like bears a part of the person, on the pelvis or
+            the thighs, so that the hips are not known.
         unobserved: segments whose posture nothing measured.
         known_within_n: a force at the far end of the limb; a moment less well known than its
             moment is not.
@@ -55,6 +58,8 @@ def joints_known(
     for link, name in enumerate(tree.link_names[1:], 1):
         if name in unobserved:
             out[:, link - 1] = False
+    for foot in FEET:
+        out[propped, tree.path(tree.link_names.index(foot))[-2] - 1] = False
     split = balance == Balance.SPLIT_UNKNOWN
     for foot in FEET:
         for link in tree.path(tree.link_names.index(foot))[:-1]:

@@ -57,7 +57,8 @@ class Balance(IntEnum):
     KNOWN = 0
     #: Only the sum under both feet: all above the legs is known, the legs are not.
     SPLIT_UNKNOWN = 1
-    #: A foot stands where nothing measures, or there are no foot forces at all.
+    #: A foot stands where nothing measures, something else than plates bears the person, or there
+    #: are no foot forces at all.
     UNKNOWN = 2
 
 

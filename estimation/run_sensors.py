@@ -15,6 +15,8 @@ FEET = ("RightFoot", "LeftFoot")
 HANDS = ("RightHandCOM", "LeftHandCOM")
 #: A foot that stands where nothing measures bears 0 with these standard deviations, N and N m.
 UNMEASURED_SD = 2000.0
+#: Where the plates bear less than the person by this share of weight, something else bears them.
+PROPPED_SHARE = 0.1
 #: Where errors of the model are stated, the pelvis takes up the moment by which they make body and
 #: plates disagree: so many metres of the body's weight. Else the hands would, as a load.
 PELVIS_LEVER_M = 0.02
@@ -30,22 +32,31 @@ class FootFrames:
     """What the feet's sensors are made of, at some frames.
 
     Attributes:
+        propped: ``(n,)`` whether something else than the plates bears a part of the person.
         usable: ``(n, 2)`` whether each foot's wrench is known.
         balance: ``(n,)`` a `Balance` each.
         mended: ``(n, 2)`` whether a wrench that was called known is not a finite one with a
             covariance that double precision carries.
     """
 
+    propped: BoolArray
     usable: BoolArray
     balance: IntArray
     mended: BoolArray
 
 
-def foot_frames(feet: FootForces | None, frames: int) -> FootFrames:
-    """Returns which frames' foot forces can be used, by state and by their numbers."""
+def foot_frames(feet: FootForces | None, frames: int, body_kg: float) -> FootFrames:
+    """Returns which frames' foot forces can be used, by state and by their numbers.
+
+    Args:
+        feet: at these frames, or None.
+        frames: how many.
+        body_kg: the person's mass.
+    """
     if feet is None:
         nothing = np.zeros((frames, 2), dtype=np.bool_)
-        return FootFrames(nothing, np.full(frames, int(Balance.UNKNOWN)), nothing)
+        unknown = np.full(frames, int(Balance.UNKNOWN))
+        return FootFrames(nothing[:, 0], nothing, unknown, nothing)
     pair = (feet.right, feet.left)
     stated = np.stack([foot.usable for foot in pair], axis=1)
     sound = np.stack([_sound(foot) for foot in pair], axis=1)
@@ -54,8 +65,12 @@ def foot_frames(feet: FootForces | None, frames: int) -> FootFrames:
         np.stack([foot.state == FootState.SHARED for foot in pair], axis=1) & usable, axis=1
     )
     balance = np.where(shared, int(Balance.SPLIT_UNKNOWN), int(Balance.KNOWN))
-    balance = np.where(np.all(usable, axis=1), balance, int(Balance.UNKNOWN))
-    return FootFrames(usable, balance, stated & ~sound)
+    whole = np.all(usable, axis=1)
+    propped = np.zeros(frames, dtype=np.bool_)
+    if feet.missing_n is not None:
+        propped = whole & (feet.missing_n > PROPPED_SHARE * body_kg * GRAVITY_MS2)
+    balance = np.where(whole & ~propped, balance, int(Balance.UNKNOWN))
+    return FootFrames(propped, usable, balance, stated & ~sound)
 
 
 def _sound(foot: FootForce) -> BoolArray:
@@ -101,24 +116,38 @@ def free_hands(settings: RunSettings, has_feet: bool) -> tuple[str, ...]:
 
 
 def body_sensors(
-    tree: EstimationTree, settings: RunSettings, hands: Sequence[str], frames: int
+    tree: EstimationTree, settings: RunSettings, hands: Sequence[str], propped: BoolArray
 ) -> list[Measurement]:
-    """Says what may push on the body but the ground: loads in the hands, and what is not seen."""
+    """Says what may push on the body but the ground: loads, a seat, and what is not seen.
+
+    Args:
+        tree: the links.
+        settings: of the run.
+        hands: sides whose hand is free to bear.
+        propped: ``(n,)`` frames in which something may push on the pelvis as hard as it likes.
+    """
     out: list[Measurement] = [
         FreeWrench(HANDS[SIDES.index(side)], settings.hand_force_sd_n, settings.hand_moment_sd_nm)
         for side in hands
     ]
     if settings.method != "one_step":
         return out
-    slack = {}
+    slack: dict[str, Array] = {}
     if settings.model_errors is not None:
         held = settings.covariances.untouched_force_sd
         moment = PELVIS_LEVER_M * tree.mass_kg * GRAVITY_MS2
         slack[tree.link_names[0]] = np.array([held] * 3 + [moment] * 3)
     for link, sd in unseen_wrenches(tree, settings.unobserved).items():
         slack[link] = np.hypot(slack.get(link, 0.0), sd)
+    pelvis = tree.link_names[0]
+    if np.any(propped):
+        stated = settings.covariances
+        force, moment = stated.untouched_force_sd, stated.untouched_moment_sd
+        rest = slack.get(pelvis, np.array([force] * 3 + [moment] * 3))
+        slack[pelvis] = np.where(propped[:, None], UNMEASURED_SD, rest)
     for link, sd in slack.items():
-        out.append(ForceTorque(link, np.zeros((frames, 6)), sd**2))
+        variance = sd**2 if sd.ndim == 1 else (sd**2)[:, :, None] * np.eye(6)
+        out.append(ForceTorque(link, np.zeros((len(propped), 6)), variance))
     return out
 
 

@@ -27,7 +27,7 @@ def tare_stance(
         MeasurementError: the person does not stand still.
     """
     inside = (motion.time_s >= tare_s[0]) & (motion.time_s <= tare_s[1])
-    known = foot_frames(feet, len(motion))
+    known = foot_frames(feet, len(motion), model.total_mass_kg)
     rows = np.flatnonzero(inside & (known.balance != Balance.UNKNOWN))
     if feet is None or len(rows) < 2:
         raise RunInputError(

@@ -6,7 +6,7 @@ from estimation.run_records import RunSettings
 from estimation.stance_calibration import StanceCalibration
 
 #: Body mass and plates may differ by so much of the body before it is a finding.
-MASS_GAP_SHARE = 0.04
+MASS_GAP_SHARE = 0.03
 
 
 def settings_in_words(
@@ -48,7 +48,8 @@ def settings_in_words(
             f"segment's mass, {100 * errors.segment_length:g} % of its length, "
             f"{errors.joint_angle_deg:g} deg of each joint angle and "
             f"{1000 * errors.plate_offset_m:g} mm of each foot's point of force, the same through "
-            "the run"
+            "the run; each foot "
+            + ("was seen on its plate" if errors.feet_seen else "may be beside its plate's force")
         )
     if settings.unobserved:
         out.append(

@@ -235,11 +235,10 @@ def carried(model: HumanModel, runs: int) -> Iterator[Figure]:
 
 def wrong_model(model: HumanModel, people: int) -> Iterator[Figure]:
     """Masses, lengths, angles and plates wrong, drawn once a person."""
-    errors = ModelErrors()
-    for weighed in (False, True):
-        rng = np.random.default_rng(1)
+    for weighed, seen in ((False, False), (True, False), (True, True)):
+        errors, rng = ModelErrors(feet_seen=seen), np.random.default_rng(1)
         scene = strangers(model, people, errors, rng, weighed=weighed)
-        who = "weighed" if weighed else "not weighed"
+        who = ("weighed" if weighed else "not weighed") + (", feet seen" if seen else "")
         plain, loose = [estimates(model, scene, slack=slack) for slack in (False, True)]
         wide = widen(model, scene, loose, errors, rng, weighed=weighed)
         for name, found, bar in (

@@ -83,7 +83,7 @@ def strangers(
         pull = -load_kg * proper_acceleration(other, posture, v[row], a[row], "RightHandCOM")
         held = Wrench("RightHandCOM", pull)
         needed = inverse_dynamics(other, posture, v[row], a[row], [held])[:6]
-        poses = forward_kinematics(other, posture)
+        poses, believed = forward_kinematics(other, posture), forward_kinematics(model, q[row])
         base, _ = poses.of("Pelvis")
         force, moment = base @ needed[:3], base @ needed[3:]
         wrenches = [held]
@@ -94,7 +94,8 @@ def strangers(
             wrenches.append(Wrench(name, 0.5 * force, 0.5 * moment))
             reading[side, row] = np.concatenate([0.5 * force, 0.5 * moment])
             # The plate believes itself elsewhere, and so does the force.
-            point[side, row] = place - draw.plate_m[name]
+            seen = believed.of(name)[1] if errors.feet_seen else place
+            point[side, row] = seen - draw.plate_m[name]
         torque[row] = inverse_dynamics(other, posture, v[row], a[row], wrenches)[6:]
     reading += FOOT_SD * rng.normal(size=reading.shape)
     stated = ModelCovariances()

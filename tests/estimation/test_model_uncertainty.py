@@ -172,6 +172,18 @@ def test_bands_grow_by_the_spread_and_say_so(tree, scene):
         widened(wide, spread, time_s)
 
 
+def test_a_foot_that_was_seen_takes_its_force_along(tree, scene):
+    """An ankle under 690 N: hips and knees 2 deg wrong put it beside a force that stays."""
+    ankle = tree.joint_names.index("jRightAnkle")
+    found = {}
+    for seen in (False, True):
+        errors = errors_of(joint_angle_deg=2.0, feet_seen=seen)
+        _, spread, _ = spread_of(tree, scene, errors, plates=("RightFoot",))
+        found[seen] = np.sqrt(np.mean(np.sum(spread.joint_wrench[:, :, ankle, 3:] ** 2, axis=-1)))
+    assert found[False] > 10.0
+    assert found[True] < 0.5 * found[False]
+
+
 def test_between_the_grid_deviations_are_interpolated(tree, scene):
     _, spread, _ = spread_of(tree, scene, errors_of(segment_mass=0.05))
     middle = spread.at(spread.torque, np.array([-1.0, 0.25, 2.0, 5.0]))

@@ -223,6 +223,29 @@ def test_feet_on_one_plate_leave_the_legs_unknown_and_all_above_right(person, ca
     assert rms((chunk.torque_nm - truth(carried))[:, spine]) < 2.5
 
 
+def test_what_a_chair_bears_is_no_balance_and_no_payload(person, stance):
+    """Four tenths of the weight are borne at the pelvis, by nothing that measures."""
+    feet = feet_of(stance)
+    weight = 9.81 * person.total_mass_kg
+    lighter = {side: getattr(feet, side) for side in ("right", "left")}
+    lighter = {s: replace(f, wrench=0.6 * f.wrench) for s, f in lighter.items()}
+    seated = replace(feet, **lighter, missing_n=np.full(len(feet.time_s), 0.4 * weight))
+    settings = replace(NOISE, free_hands="none")
+    chunk, summary = estimate_run(person, stance.motion, seated, settings)
+    assert np.all(chunk.balance == Balance.UNKNOWN)
+    unknown = {name for name, share in summary.joint_known_share.items() if share < 1.0}
+    assert unknown == {"jRightHip", "jLeftHip"}
+    legs = ("Hip", "Knee", "Ankle")
+    above = [
+        dof for dof, name in enumerate(summary.dof_names) if not any(part in name for part in legs)
+    ]
+    np.testing.assert_allclose(chunk.torque_nm[:, above], truth(stance)[:, above], atol=0.1)
+    _, free = estimate_run(person, stance.motion, seated, replace(NOISE, free_hands="both"))
+    assert free.holds == ()
+    assert any("a chair, a table" in text for text in free.findings)
+    assert free.plates_minus_model_kg is None
+
+
 def test_without_feet_the_arms_and_spine_hold_and_the_legs_do_not(person, carried):
     unloaded = carried.motion.time_s < 1.0
     chunk, summary = estimate_run(person, carried.motion.select(unloaded), None, NOISE)
