@@ -64,7 +64,8 @@ def plate_figures(model: HumanModel) -> Iterator[Figure]:
             given = np.mean([states_right(walk, foot) for walk, foot in both])
             yield Figure(f"loaded feet given their plate ({layout})", float(given), 0.98, "share")
             error = np.sqrt(np.mean([squared_error(walk, foot) for walk, foot in both]))
-            yield Figure(f"rms error of a foot's own force where known ({layout})", float(error), 5.0, "N")
+            name = f"rms error of a foot's own force where known ({layout})"
+            yield Figure(name, float(error), 5.0, "N")
         known = np.mean([foot.known.mean() for foot in feet])
         yield Figure(f"frames with all ground forces known ({layout})", float(known), None, "share")
         yield from clock_figures(walks, layout)
