@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 #: Rows are kept in memory up to this size.
 IN_MEMORY_BYTES = 64 << 20
-_BLOCK_BYTES = 4 << 20
+_BLOCK_BYTES = 1 << 20
 
 
 class RowStore:
@@ -56,6 +56,17 @@ class RowStore:
         for start, block in self._read():
             self._file.seek(start * self._width * 8)
             self._file.write(np.ascontiguousarray(by(block)).tobytes())
+
+    def every(self, step: int) -> Array:
+        """Returns every ``step``-th row, the first included.
+
+        Rows picked from a mapped array would bring their neighbours into memory, too.
+        """
+        if self._file is None:
+            return self.array()[::step]
+        # Copies: a view would keep all of its block.
+        picked = [block[-start % step :: step].copy() for start, block in self._read()]
+        return np.concatenate(picked)
 
     def array(self) -> Array:
         """Returns all rows ``(rows, width)``: in memory, or mapped from the file, read-only."""

@@ -66,11 +66,10 @@ def read_trc(
         times, store, valid = _frames(stream, len(names), metres)
     time_s = checked_times(times, "column Time")
     # Which way is up shows on a sample of the frames as well as on all.
-    some = slice(None, None, -(-len(time_s) // _SAMPLE_FRAMES))
-    shape = (len(time_s), len(names), 3)
+    step = -(-len(time_s) // _SAMPLE_FRAMES)
+    some = store.every(step).reshape(-1, len(names), 3)
     axes, why_up, said = resolve_up(
-        store.array().reshape(shape)[some], valid[some], requested=up, stated=None, convention="y",
-        place="markers",
+        some, valid[::step], requested=up, stated=None, convention="y", place="markers",
     )  # fmt: skip
     store.change(lambda block: (block.reshape(-1, 3) @ axes.T).reshape(block.shape))
     findings = said + _count_findings(stated, len(time_s), len(names))
@@ -78,7 +77,8 @@ def read_trc(
     return MarkerRecording(
         source=path.name, format="trc", version=head[0].partition("\t")[2].partition("\t")[0],
         time_s=time_s, rate_hz=rate, marker_names=names,
-        position=store.array().reshape(shape), valid=valid, events=(), plates=None,
+        position=store.array().reshape(len(time_s), len(names), 3), valid=valid, events=(),
+        plates=None,
         report=ReadingReport(
             conversions=(why_metres, why_up), gaps=find_gaps(time_s, 1.0 / rate),
             findings=errors_first(findings), channels={"markers": len(names)},
@@ -116,7 +116,7 @@ def _frames(
         raw = numbers[:, 2:].reshape(len(rows), markers, 3)
         valid = np.all(np.isfinite(raw), axis=-1)
         store.append(np.where(valid[..., None], raw * metres, 0.0).reshape(len(rows), -1))
-        times.append(numbers[:, 1])
+        times.append(numbers[:, 1].copy())
         seen.append(valid)
         rows.clear()
 

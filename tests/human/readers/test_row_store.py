@@ -14,6 +14,7 @@ def test_rows_come_back_as_they_went_in_wherever_they_are_kept(in_memory_bytes: 
     for start in range(0, 50, 8):
         store.append(rows[start : start + 8])
     store.change(lambda block: 2.0 * block[:, ::-1])
+    np.testing.assert_array_equal(store.every(7), 2.0 * rows[::7, ::-1])
     found = store.array()
     assert isinstance(found, np.memmap) == (in_memory_bytes < rows.nbytes)
     np.testing.assert_array_equal(found, 2.0 * rows[:, ::-1])
