@@ -212,7 +212,8 @@ def motion_from_configurations(
     joints = np.unwrap(configuration[:, BASE_NQ:], axis=0)
     along = cubic.derivatives(np.concatenate([configuration[:, :3], joints], axis=1))
     for dofs in spherical:
-        near, rate, acceleration = spherical_rates(cubic, joints[:, dofs])
+        own = along.first[:, 3 + dofs], along.second[:, 3 + dofs]
+        near, rate, acceleration = spherical_rates(cubic, joints[:, dofs], *own)
         along.first[np.ix_(near, 3 + dofs)] = rate
         along.second[np.ix_(near, 3 + dofs)] = acceleration
     omega, alpha = cubic.body_rates(configuration[:, 3:7])

@@ -18,22 +18,28 @@ if TYPE_CHECKING:
 
 #: Middle angles whose cosine is less, anywhere in a frame's window, make the frame one of these.
 _NEAR_COSINE = 0.5
-#: The cosine is taken for no less than about this: the lost axis gets no infinite rate.
-_LEAST_COSINE = 1e-4
+#: Where the cosine is less than about this, the lost axis keeps the rate of the angles' own cubics.
+_LOST_COSINE = 0.01
 
 
-def spherical_rates(cubic: "LocalCubic", angles: Array) -> tuple[IntArray, Array, Array]:
+def spherical_rates(
+    cubic: "LocalCubic", angles: Array, first: Array, second: Array
+) -> tuple[IntArray, Array, Array]:
     """Differentiates one joint through its rotation on the frames that need it.
 
     Args:
         cubic: the windows.
         angles: ``(time, 3)`` rad, x, y, z.
+        first: ``(time, 3)`` rad/s, rates of the angles themselves.
+        second: ``(time, 3)`` rad/s^2, likewise.
 
     Returns:
         The frames ``(n,)``, and there rates (rad/s) and accelerations (rad/s^2), ``(n, 3)``.
 
     Derived here: with ``R = Rx(a) Ry(b) Rz(c)`` the angular velocity in the child's axes is
-    ``a' Rz^T Ry^T e_x + b' Rz^T e_y + c' e_z``, solved for the rates; its derivative likewise.
+    ``E [a', b', c'] = a' Rz^T Ry^T e_x + b' Rz^T e_y + c' e_z``. What the angles' own rates miss of
+    the rotation's is solved for and added, with ``cos b / (cos^2 b + h^2)`` for ``1 / cos b``, so
+    that at the singular posture itself they stay as they are; the derivative likewise.
     """
     frames = cubic.frames_near(np.abs(np.cos(angles[:, 1])) < _NEAR_COSINE)
     if not len(frames):
@@ -41,15 +47,24 @@ def spherical_rates(cubic: "LocalCubic", angles: Array) -> tuple[IntArray, Array
     omega, alpha = cubic.body_rates(matrix_to_quaternion(xyz_to_matrix(angles)), frames)
     b, c = angles[frames, 1], angles[frames, 2]
     (sb, sc), (cb, cc) = (np.sin(b), np.sin(c)), (np.cos(b), np.cos(c))
-    inverse = cb / (cb**2 + _LEAST_COSINE**2)
+    inverse = cb / (cb**2 + _LOST_COSINE**2)
 
-    def to_angles(x: Array, y: Array, z: Array) -> tuple[Array, Array, Array]:
-        first = (x * cc - y * sc) * inverse
-        return first, x * sc + y * cc, z - sb * first
+    def velocity(da: Array, db: Array, dc: Array) -> Array:
+        return np.stack([da * cb * cc + db * sc, db * cc - da * cb * sc, da * sb + dc], axis=-1)
 
-    da, db, dc = to_angles(*omega.T)
-    bias_x = da * (-sb * cc * db - cb * sc * dc) + db * cc * dc
-    bias_y = da * (sb * sc * db - cb * cc * dc) - db * sc * dc
-    bias_z = da * cb * db
-    second = to_angles(alpha[:, 0] - bias_x, alpha[:, 1] - bias_y, alpha[:, 2] - bias_z)
-    return frames, np.stack([da, db, dc], axis=-1), np.stack(second, axis=-1)
+    def corrected(rates: Array, wanted: Array) -> Array:
+        x, y, z = (wanted - velocity(*rates.T)).T
+        da = (x * cc - y * sc) * inverse
+        return np.asarray(rates + np.stack([da, x * sc + y * cc, z - sb * da], axis=-1))
+
+    rates = corrected(first[frames], omega)
+    da, db, dc = rates.T
+    bias = np.stack(
+        [
+            da * (-sb * cc * db - cb * sc * dc) + db * cc * dc,
+            da * (sb * sc * db - cb * cc * dc) - db * sc * dc,
+            da * cb * db,
+        ],
+        axis=-1,
+    )
+    return frames, rates, corrected(second[frames], alpha - bias)
