@@ -23,8 +23,9 @@ from human.model import BASE_NQ, Array, HumanModel, IntArray
 from human.motion import Motion, Provenance
 from human.pairwise_ik import NEAR_SINGULAR_RAD
 
-#: Default differentiating window, s: at 100 frames per second it passes motion of up to 6 Hz.
-MARKER_WINDOW_S = 0.24
+#: Default differentiating window, s: accelerations are within 5 % of those behind the low-pass of
+#: 6 Hz usual for gait (Butterworth of second order, forwards and back).
+MARKER_WINDOW_S = 0.12
 #: Longest gap that is carried over, s.
 LONGEST_GAP_S = 0.25
 #: A frame whose markers lie further from the model's (root mean square) is not fitted, m.
