@@ -15,6 +15,7 @@ from ctypes import CFUNCTYPE, c_int64, c_void_p
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import llvmlite
@@ -54,6 +55,8 @@ class _Loaded:
 
 
 _loaded = _Loaded()
+#: Two threads that ask first must both get the kernel.
+_loading = Lock()
 
 
 def kernel_state() -> KernelState:
@@ -75,11 +78,12 @@ def compile_kernel() -> KernelState:
     Where nothing can be written, the kernel serves this process alone.
     """
     _load()
-    if _loaded.solve is None:
-        code = _compiled()
-        _take(code)
-        _loaded.path, kept = _keep(code)
-        _loaded.reason = f"compiled in this process; {kept}"
+    with _loading:
+        if _loaded.solve is None:
+            code = _compiled()
+            _take(code)
+            _loaded.path, kept = _keep(code)
+            _loaded.reason = f"compiled in this process; {kept}"
     return kernel_state()
 
 
@@ -92,10 +96,16 @@ def folders() -> tuple[Path, ...]:
 
 
 def _load() -> None:
-    """Loads what is kept, once a process."""
+    """Loads what is kept, once a process; does not wait for who compiles meanwhile."""
     if _loaded.tried:
         return
-    _loaded.tried = True
+    with _loading:
+        if not _loaded.tried:
+            _find()
+            _loaded.tried = True
+
+
+def _find() -> None:
     name = _file_name()
     for folder in folders():
         path = folder / name
@@ -109,7 +119,7 @@ def _load() -> None:
             _loaded.path, _loaded.reason = path, f"loaded from {path}"
             return
     _loaded.reason = (
-        "no compiled kernel for this processor: estimates are made with numpy, some 50 times as "
+        "no compiled kernel for this processor: estimates are made with numpy, some 30 times as "
         "slow; estimation.compile_kernel() makes one in about a second"
     )
 
