@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.estimation.real_motion.reference import LEGS, LOW_BACK, Array, Banded, Estimated
-from estimation import RunChunk, RunSettings, estimate_run, feet_from_plates
+from estimation import ModelErrors, RunChunk, RunSettings, estimate_run, feet_from_plates
 from human import HumanModel, Subject, forward_kinematics
 from human.marker_recording import MarkerRecording, PlateForces
 from human.markers import body_from_static, fit_markers
@@ -39,7 +39,7 @@ def user_path(
     body = body_from_static(static, subject)
     fitted = fit_markers(body, recording)
     feet = feet_from_plates(fitted.model, fitted.motion, plates)
-    settings = RunSettings(unobserved=body.unobserved())
+    settings = RunSettings(unobserved=body.unobserved(), model_errors=ModelErrors(feet_seen=True))
     chunk, summary = estimate_run(fitted.model, fitted.motion, feet, settings)
     rows = np.searchsorted(fitted.motion.time_s, chunk.time_s)
     joints = (*LEGS, LOW_BACK)
