@@ -127,12 +127,11 @@ def _windows(
 
     for block in joined_blocks(plan, raw_blocks(plan), settings.longest_gap_s):
         waiting.append(block)
-        reached = float(time[max([-1, *block.frame, *block.left_out])])
-        while reached >= begin_s + seconds + context_s:
+        # Derivatives and gaps at the end of a stretch need a frame beyond it.
+        while len(block.frame) and time[block.frame[-1]] >= begin_s + seconds + context_s:
             out = finished(begin_s + seconds)
             begin_s += seconds
-            while len(waiting) > 1 and _ends_before(waiting[0], time, begin_s - context_s):
-                waiting.pop(0)
+            del waiting[: _outlived(waiting, time, begin_s - context_s)]
             if out is not None:
                 yield out
     while begin_s <= time[-1]:
@@ -142,8 +141,12 @@ def _windows(
             yield out
 
 
-def _ends_before(block: JoinedBlock, time: Array, limit_s: float) -> bool:
-    return float(time[max([-1, *block.frame, *block.left_out])]) < limit_s
+def _outlived(blocks: list[JoinedBlock], time: Array, limit_s: float) -> int:
+    """Returns how many of the first blocks can go, one frame before the limit kept."""
+    ended = [
+        k for k, block in enumerate(blocks) if len(block.frame) and time[block.frame[-1]] < limit_s
+    ]
+    return ended[-1] if ended else 0
 
 
 def _fitted(
@@ -159,10 +162,13 @@ def _fitted(
     model = plan.problem.system.model
     frame = np.concatenate([block.frame for block in blocks])
     begin, end = between_s
-    around = (time[frame] >= begin - context_s) & (time[frame] < end + context_s)
-    inside = (time[frame] >= begin) & (time[frame] < end)
-    if not np.any(inside):
+    within = (time[frame] >= begin) & (time[frame] < end)
+    if not np.any(within):
         return None
+    around = (time[frame] >= begin - context_s) & (time[frame] < end + context_s)
+    # The next frame on either side, however far: it says whether a gap lies between.
+    first, last = np.flatnonzero(within)[[0, -1]]
+    around[[max(first - 1, 0), min(last + 1, len(frame) - 1)]] = True
 
     q, times = np.concatenate([block.q for block in blocks])[around], time[frame[around]]
     outlier = np.concatenate([block.outlier for block in blocks])
@@ -183,21 +189,21 @@ def _fitted(
         flags=flags,
         provenance=_provenance(plan),
         spherical=_spherical(model),
-    ).select(inside[around])
+    ).select(within[around])
     left_out = np.concatenate([block.left_out for block in blocks])
     left_out = left_out[(time[left_out] >= begin) & (time[left_out] < end)]
-    outlier = outlier[inside]
+    outlier = outlier[within]
     return FittedMarkers(
         model=model,
         motion=motion,
-        frame=frame[inside],
+        frame=frame[within],
         marker_names=plan.marker_names,
-        residual_m=np.concatenate([block.residual_m for block in blocks])[inside],
+        residual_m=np.concatenate([block.residual_m for block in blocks])[within],
         outlier=outlier,
-        held=np.concatenate([block.held for block in blocks])[inside],
+        held=np.concatenate([block.held for block in blocks])[within],
         angle_sd_rad=plan.typical_sd_rad,
         unobserved_dofs=plan.unobserved_dofs,
-        notes=(*plan.notes, *_notes(plan, motion, frame[inside], outlier, left_out, settings)),
+        notes=(*plan.notes, *_notes(plan, motion, frame[within], outlier, left_out, settings)),
     )
 
 
