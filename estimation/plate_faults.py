@@ -24,6 +24,8 @@ _UNLOADED_SHARE, _UNLOADED_S = 0.08, 0.1
 _LIKELY = (0.7, 1.4)
 #: From one sample to the next a person's force changes by less than this share.
 _STEADY = 0.2
+#: Forces this far from any foot are somewhere else; those so near are under one, m.
+_FAR_M, _UNDER_M = 2.0, 0.3
 #: A foot that rests on a plate without bearing for longer than this, s, still stands on it.
 _IDLE_S = 0.2
 #: Kept away from both ends of an unloaded time: a foot comes and goes gently, s.
@@ -81,33 +83,31 @@ def mended_units(
     Returns:
         The plates, what was assumed, and what does not fit but was left.
     """
-    assumed, findings = [], []
-    force, moment = plates.force.copy(), plates.moment.copy()
-    total = np.abs(force[..., 2]).sum(axis=1)
+    total = np.abs(plates.force[..., 2]).sum(axis=1)
     most = float(np.percentile(total, 95))
     usual = float(np.median(total[total > 0.5 * most])) if most > 0.0 else 0.0
     # Noise jumps by its own size from one sample to the next, a person does not.
     steady = len(total) > 1 and float(np.median(np.abs(np.diff(total)))) < _STEADY * usual
-    for unit, worth in (("kN", 1e3), ("multiples of body weight", weight_n)):
-        if steady and _LIKELY[0] < usual * worth / weight_n < _LIKELY[1]:
-            force *= worth
-            moment *= worth
-            assumed.append(
-                f"plates: they bear {usual:.3g} while stood on, a weight of {weight_n:.0f} N "
-                f"needs {unit}; forces and moments multiplied by {worth:.4g}"
-            )
-            usual *= worth
-    for k, plate in enumerate(plates.plates):
-        vertical = force[:, k, 2]
-        most = float(np.percentile(np.abs(vertical), 99))
-        stood = np.abs(vertical) > 0.5 * most
-        if most > _UNLOADED_SHARE * weight_n and float(np.median(vertical[stood])) < 0.0:
-            force[:, k] *= -1.0
-            moment[:, k] *= -1.0
-            assumed.append(
-                f"plate {plate.name}: its force points down, what the foot does to the plate; "
-                "turned round"
-            )
+    readings = [
+        (worth, f"{unit}; forces and moments multiplied by {worth:.4g}")
+        for unit, worth in (("kN", 1e3), ("multiples of body weight", weight_n))
+        if steady and _LIKELY[0] < usual * worth / weight_n < _LIKELY[1]
+    ]
+    for worth, words in [*readings, (1.0, "")]:
+        scaled = replace(plates, force=worth * plates.force, moment=worth * plates.moment)
+        out, turned = _upright(scaled, weight_n)
+        out, away, converted = _moments_in_newton_metres(out, distance_m)
+        # A small zero may look like a weight in another unit, but not under a foot.
+        if not words or not np.isfinite(away) or away < _UNDER_M:
+            break
+    assumed = [*turned, *converted]
+    if words:
+        assumed.insert(
+            0,
+            f"plates: they bear {usual:.3g} while stood on, a weight of {weight_n:.0f} N needs "
+            + words,
+        )
+    findings, usual = [], usual * worth
     if usual < _UNLOADED_SHARE * weight_n:
         findings.append(
             f"plates: they bear next to nothing ({usual:.3g} N), the person weighs {weight_n:.0f} "
@@ -119,22 +119,50 @@ def mended_units(
             "much of the weight is elsewhere (a chair, a handrail, the floor), or a load is "
             "carried, or the unit is not N"
         )
-    out = replace(plates, force=force, moment=moment)
-    there = distance_m(out)
-    if np.isfinite(there) and there > 2.0:
-        for words, factor in (("moments in N mm", 1e-3), ("moments in kN m", 1e3)):
-            other = replace(out, moment=out.moment * factor)
-            if distance_m(other) < 0.3:
-                assumed.append(
-                    f"plates: the forces enter {there:.0f} m from the feet as read, but under them "
-                    f"with {words}; converted"
-                )
-                return other, assumed, findings
+    if np.isfinite(away) and away > _FAR_M:
         findings.append(
-            f"plates: the forces enter {there:.2f} m from the nearest foot; plates and motion do "
+            f"plates: the forces enter {away:.2f} m from the nearest foot; plates and motion do "
             "not share one world, or the moments have another unit"
         )
     return out, assumed, findings
+
+
+def _upright(plates: PlateForces, weight_n: float) -> tuple[PlateForces, list[str]]:
+    """Turns the plates round that say what the foot does to them."""
+    force, moment, assumed = plates.force.copy(), plates.moment.copy(), []
+    for k, plate in enumerate(plates.plates):
+        vertical = force[:, k, 2]
+        most = float(np.percentile(np.abs(vertical), 99))
+        stood = np.abs(vertical) > 0.5 * most
+        if most > _UNLOADED_SHARE * weight_n and float(np.median(vertical[stood])) < 0.0:
+            force[:, k] *= -1.0
+            moment[:, k] *= -1.0
+            assumed.append(
+                f"plate {plate.name}: its force points down, what the foot does to the plate; "
+                "turned round"
+            )
+    return replace(plates, force=force, moment=moment), assumed
+
+
+def _moments_in_newton_metres(
+    plates: PlateForces, distance_m: Callable[[PlateForces], float]
+) -> tuple[PlateForces, float, list[str]]:
+    """Converts moments that put the forces under the feet in another unit only.
+
+    Returns:
+        The plates, how far from the feet their forces enter (m), and what was assumed.
+    """
+    away = distance_m(plates)
+    if np.isfinite(away) and away > _FAR_M:
+        for words, factor in (("moments in N mm", 1e-3), ("moments in kN m", 1e3)):
+            other = replace(plates, moment=plates.moment * factor)
+            if (near := distance_m(other)) < _UNDER_M:
+                said = (
+                    f"plates: the forces enter {away:.0f} m from the feet as read, but under them "
+                    f"with {words}; converted"
+                )
+                return other, near, [said]
+    return plates, away, []
 
 
 def tared(

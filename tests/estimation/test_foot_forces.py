@@ -308,6 +308,16 @@ def test_noise_is_neither_a_person_nor_a_unit(scene, rails):
         assert any("next to nothing" in text for text in feet.findings)
 
 
+def test_a_small_zero_is_no_person_in_another_unit(scene, rails):
+    """An unloaded plate far from the walk that steadily reads 0.7 N, as 70 kg would in kN."""
+    plate = ForcePlate("far", np.array([0.0, 4.0, 0.0]), 0.0)
+    force, moment = np.zeros((2, len(rails.time_s), 1, 3))
+    force[..., 2] = 0.7
+    feet = found(scene, replace(rails, plates=(plate,), force=force, moment=moment))
+    assert not feet.stances
+    assert not any("multiplied" in text for text in feet.assumed)
+
+
 def test_turning_the_whole_scene_turns_the_answer(scene, rails):
     angle, shift = 1.1, np.array([2.0, -1.0, 0.0])
     c, s = np.cos(angle), np.sin(angle)

@@ -69,7 +69,8 @@ def walks(recordings_dir: Path, tmp_path_factory: pytest.TempPathFactory):
         "walking5": (
             read_markers(recordings_dir / "opensim_walking_c3d" / "walking5.c3d"),
             (("RCAL", "RMT2"), ("LCAL", "LMT2")),
-            (((1,), 2.15, 3.2), ((0,), 1.6, 2.8)),
+            # The left heel lands before its plate begins; the forefoot loads it later.
+            (((1,), 2.15, 3.2), ((0,), 1.97, 2.8)),
         ),
     }
     return files
@@ -97,8 +98,8 @@ def loaded(plates: PlateForces, which, time_s) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("name", "share", "switch_s"),
-    [("opencap", 0.98, 0.03), ("rehazenter", 0.95, 0.065), ("ktk", 0.96, 0.05),
-     ("walking5", 0.94, 0.09)],
+    [("opencap", 0.98, 0.03), ("rehazenter", 0.97, 0.065), ("ktk", 0.96, 0.05),
+     ("walking5", 0.97, 0.03)],
 )  # fmt: skip
 def test_heel_and_toe_tell_when_a_foot_bears(walks, name, share, switch_s) -> None:
     """Frames right, both feet together, and the worst switch; five to seven switches each."""
