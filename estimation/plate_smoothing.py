@@ -65,7 +65,7 @@ def smoothing_width_s(motion: Motion, window_s: float | None) -> float:
     if not window_s or len(motion) < 2:
         return 0.0
     step = float(np.median(np.diff(motion.time_s)))
-    return (np.floor(window_s / step + 1e-9) + 1.0) * step
+    return float((np.floor(window_s / step + 1e-9) + 1.0) * step)
 
 
 def uncovered(time_s: Array, at_s: Array) -> NDArray[np.bool_]:
