@@ -12,8 +12,8 @@ from estimation.spatial import Array, BoolArray
 
 #: Points of the lattice that stands for a three-dimensional normal distribution.
 _POINTS = 1024
-#: Vectors worked on at once.
-_CHUNK = 1024
+#: Vectors worked on at once: their points then stay in the processor's cache.
+_CHUNK = 64
 #: The series holds where the length is this many times the spread, and where what is across the
 #: vector adds less skew and less length, in units of the spread along it, than this.
 _LONG, _LEAST_SKEW, _LEAST_ACROSS = 2.5, 0.8, 1.0
@@ -52,7 +52,12 @@ def norm_quantiles(mean: ArrayLike, covariance: ArrayLike, probabilities: Sequen
         value, vector = np.linalg.eigh(spread[part])
         root = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
         points = flat[part, :, None] + root @ _lattice()
-        out[part] = np.sqrt(np.quantile(np.sum(points * points, axis=1), p, axis=1).T)
+        # Sorting is several times as fast here as selecting a few places.
+        squares = np.sort(np.einsum("nij,nij->nj", points, points), axis=1)
+        place = p * (squares.shape[1] - 1)
+        low = np.minimum(place.astype(np.intp), squares.shape[1] - 2)
+        step = (squares[:, low + 1] - squares[:, low]) * (place - low)
+        out[part] = np.sqrt(squares[:, low] + step)
     return out.reshape(*vectors.shape[:-1], len(p))
 
 
