@@ -19,7 +19,7 @@ from app.fitting import BodyInMotion, body_in_motion, standing_mass_kg
 from app.problems import Fault, InvalidRequest, Unreadable, pointer
 from app.takes import Take
 from app.version import VERSION
-from estimation import ModelErrors, RecordingRun, RunSettings
+from estimation import ModelErrors, RecordingRun, RunSettings, compile_kernel
 from human import Subject, SubjectError, to_urdf
 
 #: Told what is being done, frames done and frames in all.
@@ -50,6 +50,8 @@ def estimate_take(
     tell = progress or (lambda what, done, total: None)
     tell(f"reading {take.motion.name}", 0, 0)
     subject, person = _subject(take, options)
+    # A second at most, where waiting is no harm; the estimator itself never waits for a compiler.
+    compile_kernel()
     body = body_in_motion(take, subject, accept=options.accept)
     feet = FeetOfTake(body, options)
     settings = _settings(options, body)
@@ -119,8 +121,14 @@ def _settings(options: EstimateOptions, body: BodyInMotion) -> RunSettings:
         definition=options.definition,
         tare_s=options.tare_s,
         unobserved=tuple(name for name in body.model.segment_names if name in body.unobserved),
-        model_errors=ModelErrors() if options.bands == "noise_and_model" else None,
+        model_errors=_model_errors(body) if options.bands == "noise_and_model" else None,
     )
+
+
+def _model_errors(body: BodyInMotion) -> ModelErrors:
+    """Markers on the feet show where they stand on their plates, whatever the angles above."""
+    feet = {"RightFoot", "LeftFoot"}
+    return ModelErrors(feet_seen=body.by_markers and not feet & body.unobserved)
 
 
 def _files(take: Take) -> list[dict[str, str]]:

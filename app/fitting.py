@@ -55,6 +55,7 @@ class BodyInMotion:
             windows.
         rate_hz: Nominal.
         differentiated_over_s: Width of the window that velocities come from, s.
+        by_markers: Whether segments were seen in the world, each by its own markers.
         unobserved: Segments whose pose is a placeholder.
         plates: Force plates, on their own clock, or None.
         plates_from: Where they came from, in words.
@@ -70,6 +71,7 @@ class BodyInMotion:
     time_s: Array
     rate_hz: float
     differentiated_over_s: float
+    by_markers: bool
     unobserved: frozenset[str]
     plates: PlateForces | None
     plates_from: str
@@ -193,6 +195,7 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
         time_s=recording.time_s,
         rate_hz=recording.rate_hz,
         differentiated_over_s=DIFFERENTIATED_OVER_S,
+        by_markers=False,
         unobserved=frozenset(missing | set(fitted.diagnostics.filled_segments)),
         plates=forces_of(take),
         plates_from=take.grf.name if take.grf else "",
@@ -227,6 +230,7 @@ def _log(
         time_s=log.time_s,
         rate_hz=log.rate_hz,
         differentiated_over_s=DIFFERENTIATED_OVER_S,
+        by_markers=False,
         unobserved=frozenset(s for s, j in JOINT_OF_SEGMENT.items() if j not in told),
         plates=plates,
         plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
@@ -287,6 +291,7 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
         time_s=recording.time_s,
         rate_hz=recording.rate_hz,
         differentiated_over_s=MARKER_WINDOW_S,
+        by_markers=True,
         unobserved=frozenset(body.unobserved()),
         plates=plates,
         plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),

@@ -67,11 +67,14 @@ def serve(
 
     from app.main import create_app
     from app.service import ErgocastService
+    from estimation import compile_kernel
 
     settings = settings_for(data)
     check_bind(host, settings)
     # Here, where an error is one line: inside the server it would be a traceback.
     ErgocastService(settings).prepare()
+    # Before anyone listens: no request and no live stream ever waits for a compiler.
+    compile_kernel()
     server = listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     url = f"http://{shown}:{server.getsockname()[1]}"

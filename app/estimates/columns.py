@@ -50,6 +50,7 @@ def _columns(
     yield "balance", (_names(chunk.balance, Balance), None)
     for k, side in enumerate(SIDES):
         yield f"{side}_hand_state", (_names(chunk.hand_state[:, k], HandState), None)
+    yield "hands_state", (_names(chunk.hands_state, HandState), None)
     for k, quantile in enumerate(QUANTILES):
         yield f"payload_{quantile}_kg", (chunk.payload_kg[:, k], chunk.payload_known)
     yield "loaded_probability", (chunk.loaded_probability, chunk.payload_known)

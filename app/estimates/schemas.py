@@ -105,7 +105,7 @@ class Estimate(BaseModel):
     bands: str
     payload: dict[str, Any]
     holds: list[Hold]
-    #: ``start_s``, ``end_s``, ``right``, ``left``: free, loaded or unknown.
+    #: ``start_s``, ``end_s``, ``right``, ``left``, ``together``: free, loaded or unknown.
     hands: list[dict[str, Any]]
     #: Where the body's balance is known, only its sum, or not at all.
     balance: dict[str, Any]

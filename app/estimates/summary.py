@@ -40,7 +40,12 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
         "payload": _payload(series, time_s, run),
         "holds": [_hold(hold) for hold in run.holds],
         "hands": _stretches(
-            time_s, {side: series.words(f"{side}_hand_state") for side in ("right", "left")}
+            time_s,
+            {
+                "right": series.words("right_hand_state"),
+                "left": series.words("left_hand_state"),
+                "together": series.words("hands_state"),
+            },
         ),
         "balance": {
             "share": {
