@@ -18,7 +18,7 @@ from human.markers.errors import MarkerFitError
 from human.markers.fitted import FittedMarkers, Flags
 from human.markers.ik_blocks import FitPlan, plan_fit, raw_blocks
 from human.markers.ik_bridge import JoinedBlock, joined_blocks
-from human.markers.ik_start import inside, other_branch, whole_turns_off
+from human.markers.ik_start import inside, middle, other_branch, whole_turns_off
 from human.model import BASE_NQ, Array, HumanModel, IntArray
 from human.motion import Motion, Provenance
 from human.pairwise_ik import NEAR_SINGULAR_RAD
@@ -219,7 +219,7 @@ def _limited(model: HumanModel, q: Array) -> Flags:
     beyond = (angles <= model.lower) | (angles >= model.upper)
     for dofs in _spherical(model):
         lower, upper = model.lower[dofs], model.upper[dofs]
-        other = whole_turns_off(other_branch(angles[:, dofs]), 0.5 * (lower + upper))
+        other = whole_turns_off(other_branch(angles[:, dofs]), middle(lower, upper))
         beyond[:, dofs] &= ~inside(other, lower, upper, -1e-3)[:, None]
     return np.asarray(np.any(beyond, axis=1))
 

@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from human.markers.ik_blocks import FitPlan, RawBlock
 from human.markers.ik_priors import POOR_SD_RAD, SWING_RAD, Pull
 from human.markers.ik_solve import solve
-from human.markers.ik_start import inside, other_branch, whole_turns_off
+from human.markers.ik_start import inside, middle, other_branch, whole_turns_off
 from human.model import BASE_NQ, Array, HumanModel, IntArray
 
 Flags = NDArray[np.bool_]
@@ -92,8 +92,7 @@ def _nearest_branch(angles: Array, last: Array, lower: Array, upper: Array) -> A
 
     Where the middle angle is large the outer two may leave their limits to do so.
     """
-    centre = 0.5 * (lower + upper)
-    other = whole_turns_off(other_branch(angles), centre)
+    other = whole_turns_off(other_branch(angles), middle(lower, upper))
     swinging = np.abs(np.cos(angles[:, 1])) < _SWINGING_COSINE
     if not np.any(swinging | inside(other, lower, upper)):
         return angles

@@ -118,10 +118,16 @@ def whole_turns_off(angles: Array, centre: Array) -> Array:
     return np.asarray(angles - 2.0 * np.pi * np.round((angles - centre) / (2.0 * np.pi)))
 
 
+def middle(lower: Array, upper: Array) -> Array:
+    """Returns the middle of ranges (rad), zero of those without an end."""
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
+
+
 def within_reach(angles: Array, lower: Array, upper: Array) -> Array:
     """Returns the triple ``(B, 3)`` of the two that lies least outside limits, then is smaller."""
-    centre = 0.5 * (lower + upper)
-    both = whole_turns_off(np.stack([angles, other_branch(angles)]), centre)
+    both = np.stack([angles, other_branch(angles)])
+    both = whole_turns_off(both, middle(lower, upper))
     outside = np.sum(np.abs(both - np.clip(both, lower, upper)), axis=-1)
     size = outside + 1e-3 * np.sum(both**2, axis=-1)
     return np.asarray(np.where((size[0] <= size[1])[:, None], both[0], both[1]))

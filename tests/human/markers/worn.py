@@ -5,7 +5,7 @@ import numpy as np
 from human import HumanModel, forward_kinematics
 from human.marker_recording import MarkerRecording
 from human.markers import MarkerBody
-from human.markers.ik_priors import posture_prior, reference_angles
+from human.markers.ik_priors import reference_angles
 from human.recording import ReadingReport
 
 RATE_HZ = 100.0
@@ -87,8 +87,3 @@ def recorded(
         report=ReadingReport(),
         digest="",
     )
-
-
-def prior_of(body: MarkerBody):
-    """The prior over all degrees of freedom of the body's model."""
-    return posture_prior(body.model, np.arange(body.model.n_dof))
