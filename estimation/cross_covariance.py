@@ -45,6 +45,9 @@ def _between(
     second: int,
 ) -> Array:
     """Covariance ``(frames, 6, 6)`` of the external wrenches on two different links."""
+    if spreads.F is not None:
+        left, right = problem.Px[first] @ spreads.F[first], problem.Px[second] @ spreads.F[second]
+        return np.asarray(-left @ transposed(right))
     above = set(problem.tree.path(first))
     meeting = next(link for link in problem.tree.path(second) if link in above)
     a1, z1 = _moved(problem, gains, first, meeting)

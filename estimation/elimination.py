@@ -53,6 +53,8 @@ class Root:
     """The base: its acceleration ``a``, multiplier ``z``, their covariances, and its residual.
 
     ``B`` is the covariance of ``z`` less ``R^-1``, negative; with it siblings need no extra terms.
+    Where joint wrenches have no prior, ``B = -F F'`` for every link: beside a force that is all but
+    free, products with ``F`` keep the digits that products with ``B`` lose.
     ``residual`` is what the equations of motion miss before they are imposed, and ``-B`` the
     inverse of its covariance.
     """
@@ -62,6 +64,7 @@ class Root:
     Ca: Array
     Caz: Array
     B: Array
+    F: Array
     residual: Array
 
 
@@ -85,6 +88,7 @@ class Spreads:
         Ca: ``(n_links, frames, 6, 6)`` of the accelerations.
         Caz: of acceleration and multiplier.
         B: pseudo-covariances of the multipliers.
+        F: their factors, ``B = -F F'``; None with a prior on joint wrenches.
         Cfx: of the external wrenches.
         Cfj: of the joint wrenches.
         s: ``(frames, n_dof)`` variances of the joint accelerations.
@@ -94,6 +98,7 @@ class Spreads:
     Ca: Array
     Caz: Array
     B: Array
+    F: Array | None
     Cfx: Array
     Cfj: Array
     s: Array
@@ -186,8 +191,20 @@ def _root(J: Array, j: Array, M: Array, R: Array, b0: Array) -> Root:
     before = times(inverse(J), j)
     residual = times(M, before) + b0
     z = -times(R_inv, times(M, a) + b0)
-    B = -symmetric(inverse(R + symmetric(M @ inverse(J) @ transposed(M))))
-    return Root(a, z, Ca, -Ca @ transposed(N), B, residual)
+    F = _inverse_factor(R + symmetric(M @ inverse(J) @ transposed(M)))
+    B = -symmetric(F @ transposed(F))
+    return Root(a, z, Ca, -Ca @ transposed(N), B, F, residual)
+
+
+def _inverse_factor(matrix: Array) -> Array:
+    """Returns ``F`` with ``F F'`` the inverse of positive matrices ``(frames, 6, 6)``."""
+    try:
+        return transposed(inverse(np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)))
+    except np.linalg.LinAlgError as error:
+        least = float(np.min(np.linalg.eigvalsh(matrix)))
+        raise CovarianceError(
+            "residual of the base", "expected a positive covariance; the least variance is", least
+        ) from error
 
 
 def sweep_down(problem: Problem, gains: list[LinkGains | None], root: Root) -> Means:
@@ -230,16 +247,26 @@ def sweep_down_spreads(problem: Problem, gains: list[LinkGains | None], root: Ro
     shape = (tree.n_links, frames, 6, 6)
     Ca, Caz, B, Cfx = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
     Cfj = np.zeros(shape)
+    F = np.empty(shape) if problem.Sf is None else None
     s, tau = np.empty((2, frames, tree.n_dof))
     Ca[0], Caz[0], B[0] = root.Ca, root.Caz, root.B
-    Cfx[0] = _wrench_spread(problem.Px[0], B[0])
+    if F is not None:
+        F[0] = root.F
+    Cfx[0] = _wrench_spread(problem.Px[0], B[0], None if F is None else F[0])
     for link in range(1, tree.n_links):
         gain, parent, X = gains[link], tree.parents[link], kinematics.X[link]
         assert gain is not None
         back = transposed(X)
         CX = Caz[parent] @ back
-        BX = symmetric(X @ B[parent] @ back)
         Cw = CX
+        if F is not None:
+            F[link] = X @ F[parent]
+            BX = -symmetric(F[link] @ transposed(F[link]))
+            through = gain.Pf @ F[link]
+            last = -through @ transposed(through)
+        else:
+            BX = symmetric(X @ B[parent] @ back)
+            last = gain.Pf @ BX @ gain.Pf
         B[link] = BX
         if gain.U is not None and gain.T is not None and gain.Lam_inv is not None:
             Cw = CX @ transposed(gain.T) - Ca[parent] @ transposed(gain.U)
@@ -260,26 +287,33 @@ def sweep_down_spreads(problem: Problem, gains: list[LinkGains | None], root: Ro
             + ECw @ transposed(gain.G)
             + gain.G @ transposed(Caz[link])
         )
-        Cfx[link] = _wrench_spread(problem.Px[link], B[link])
+        Cfx[link] = _wrench_spread(problem.Px[link], B[link], None if F is None else F[link])
         crossed = gain.K @ CX @ gain.Pf
         Cfj[link] = symmetric(
             gain.Pf
             + gain.K @ Ca[parent] @ transposed(gain.K)
             + crossed
             + transposed(crossed)
-            + gain.Pf @ BX @ gain.Pf
+            + last
         )
         dofs = tree.dofs[link]
         if len(dofs):
             s[:, dofs] = _joint_variance(gain, X, Ca[parent], Cw, B[link])
             tau[:, dofs] = _torque_variance(problem, link, gain, Cfj[link], Cw, B[link])
+    for name, variances in (("joint acceleration", s), ("torque", tau)):
+        if variances.size and float(np.min(variances)) < 0.0:
+            worst = int(np.argmin(np.min(variances, axis=0)))
+            _refuse(f"{name} of {problem.tree.dof_names[worst]}", float(np.min(variances)))
     for name, block in (("acceleration", Ca), ("external wrench", Cfx), ("joint wrench", Cfj)):
         _refuse_negative(problem, name, block)
-    return Spreads(Ca, Caz, B, Cfx, Cfj, s, tau)
+    return Spreads(Ca, Caz, B, F, Cfx, Cfj, s, tau)
 
 
-def _wrench_spread(Px: Array, B: Array) -> Array:
-    return symmetric(Px + Px @ B @ Px)
+def _wrench_spread(Px: Array, B: Array, F: Array | None) -> Array:
+    if F is None:
+        return symmetric(Px + Px @ B @ Px)
+    through = Px @ F
+    return symmetric(Px - through @ transposed(through))
 
 
 def _joint_variance(gain: LinkGains, X: Array, Ca: Array, Cw: Array, B: Array) -> Array:
@@ -313,9 +347,13 @@ def _refuse_negative(problem: Problem, name: str, blocks: Array) -> None:
     for link, per_link in enumerate(variances):
         least = float(np.min(per_link))
         if least < 0.0:
-            raise CovarianceError(
-                f"{name} of {problem.tree.link_names[link]}",
-                "expected a positive variance; the covariances span too many decades, so give "
-                "free wrenches a smaller standard deviation",
-                least,
-            )
+            _refuse(f"{name} of {problem.tree.link_names[link]}", least)
+
+
+def _refuse(place: str, least: float) -> None:
+    raise CovarianceError(
+        place,
+        "expected a positive variance; the covariances span too many decades, so give "
+        "free wrenches a smaller standard deviation",
+        least,
+    )

@@ -156,29 +156,7 @@ class Blocks:
         def write(name: str) -> Any:
             code = self.start(name, 2, VECTOR)
             C, A = code.arguments
-            L: dict[tuple[int, int], Value] = {}
-            weighted: dict[tuple[int, int], Value] = {}
-            least, inverted = None, []
-            for j in SIX:
-                pivot = code.load(A, 6 * j + j)
-                for k in range(j):
-                    pivot = code.subtract(pivot, code.times(L[j, k], weighted[j, k]))
-                least = pivot if least is None else code.smaller(pivot, least)
-                inverted.append(code.over(splat(1.0), pivot))
-                for i in range(j + 1, 6):
-                    value = code.load(A, 6 * i + j)
-                    for k in range(j):
-                        value = code.subtract(value, code.times(L[i, k], weighted[j, k]))
-                    weighted[i, j] = value
-                    L[i, j] = code.times(value, inverted[j])
-            # The inverse of L, whose diagonal is one.
-            N: dict[tuple[int, int], Value] = {}
-            for j in SIX:
-                for i in range(j + 1, 6):
-                    value = L[i, j]
-                    for k in range(j + 1, i):
-                        value = code.fused(L[i, k], N[k, j], value)
-                    N[i, j] = code.negative(value)
+            least, inverted, N = _eliminated(code, A)
             scaled = {key: code.times(value, inverted[key[0]]) for key, value in N.items()}
             for i in SIX:
                 for j in range(i + 1):
@@ -191,6 +169,24 @@ class Blocks:
             return code.done(least)
 
         return self._call(into, "inverse", write, out, matrix)
+
+    def inverse_factor(self, into: Code, out: Value, matrix: Value) -> None:
+        """Writes ``F`` with ``F F'`` the inverse of a symmetric positive block."""
+
+        def write(name: str) -> Any:
+            code = self.start(name, 2)
+            C, A = code.arguments
+            _, inverted, N = _eliminated(code, A)
+            for k in SIX:
+                size = code.root(inverted[k])
+                for i in SIX:
+                    value = splat(0.0) if i > k else size
+                    if i < k:
+                        value = code.times(N[k, i], size)
+                    code.store(value, C, 6 * i + k)
+            return code.done()
+
+        self._call(into, "inverse_factor", write, out, matrix)
 
     def carry_up(
         self, into: Code, out: Value, matrix: Value, T: Value, p: Value, *, symmetric: bool
@@ -284,6 +280,25 @@ class Blocks:
 
         self._call(into, "motion_down", write, out, vector, T, p)
 
+    def columns_down(self, into: Code, out: Value, matrix: Value, T: Value, p: Value) -> None:
+        """Writes ``out = X matrix``."""
+
+        def write(name: str) -> Any:
+            code = self.start(name, 4)
+            C, A, turn, place = code.arguments
+            with code.loop(0, 6) as column:
+                y, x = code.at(C, column), code.at(A, column)
+                angular = [code.load(x, 6 * i) for i in range(3, 6)]
+                lever = code.cross(angular, code.loads(place, 3))
+                linear = [code.add(code.load(x, 6 * i), lever[i]) for i in THREE]
+                for first, part in ((0, linear), (3, angular)):
+                    for i in THREE:
+                        axis = [code.load(turn, 3 * k + i) for k in THREE]
+                        code.store(code.dot(axis, part), y, 6 * (first + i))
+            return code.done()
+
+        self._call(into, "columns_down", write, out, matrix, T, p)
+
     def transform(self, into: Code, out: Value, T: Value, p: Value) -> None:
         """Writes ``X`` itself, 36 slots."""
 
@@ -306,6 +321,34 @@ class Blocks:
 
 
 Rows = list[list[Value]]
+Corner = dict[tuple[int, int], Value]
+
+
+def _eliminated(code: Code, A: Value) -> tuple[Value, list[Value], Corner]:
+    """The least pivot of ``A = L D L'``, the inverse of ``D``, and that of ``L`` below its ones."""
+    L: Corner = {}
+    weighted: Corner = {}
+    N: Corner = {}
+    least, inverted = None, []
+    for j in SIX:
+        pivot = code.load(A, 6 * j + j)
+        for k in range(j):
+            pivot = code.subtract(pivot, code.times(L[j, k], weighted[j, k]))
+        least = pivot if least is None else code.smaller(pivot, least)
+        inverted.append(code.over(splat(1.0), pivot))
+        for i in range(j + 1, 6):
+            value = code.load(A, 6 * i + j)
+            for k in range(j):
+                value = code.subtract(value, code.times(L[i, k], weighted[j, k]))
+            weighted[i, j] = value
+            L[i, j] = code.times(value, inverted[j])
+    for j in SIX:
+        for i in range(j + 1, 6):
+            value = L[i, j]
+            for k in range(j + 1, i):
+                value = code.fused(L[i, k], N[k, j], value)
+            N[i, j] = code.negative(value)
+    return least, inverted, N
 
 
 def _read(code: Code, block: Value, first_row: int, first_column: int) -> Rows:

@@ -200,6 +200,7 @@ SLOT, LINK_SLOTS = _places(
         ("G", 36),
         ("MA", 36),
         ("B", 36),
+        ("F", 36),
         # The rest is for a prior on joint wrenches alone.
         ("K", 36),
         ("Pf", 36),

@@ -18,18 +18,25 @@ def write_pair(blocks: Blocks) -> Any:
     row = stage.address("sites", stage.link, PAIR_ROW_SIZE)
     number = {name: stage.whole(row, place) for name, place in PAIR_ROW.items()}
     a1, z1, a2, z2, T1, T2 = (stage.common(f"block{place}") for place in range(6))
-    for a, z, name in ((a1, z1, "first"), (a2, z2, "second")):
-        start = PAIR_ROW[f"{name}_path"]
-        ends = (stage.whole(row, start), stage.whole(row, start + 1))
-        _move(stage, a, z, number[name], *ends)
-    Ca, Caz, B = (stage.block(name, number["meeting"]) for name in ("Ca", "Caz", "B"))
-    blocks.product(stage, T1, Ca, a2, right_turned=True)
-    blocks.product(stage, T1, Caz, z2, right_turned=True, add=True)
-    blocks.product(stage, T2, Caz, a2, left_turned=True, right_turned=True)
-    blocks.product(stage, T2, B, z2, right_turned=True, add=True)
     out, flipped, prior = a2, z2, stage.common("block6")
-    blocks.product(stage, out, a1, T1)
-    blocks.product(stage, out, z1, T2, add=True)
+    pulled = stage.setting("prior_on_joint_wrenches")
+    with stage.when(pulled):
+        for a, z, name in ((a1, z1, "first"), (a2, z2, "second")):
+            start = PAIR_ROW[f"{name}_path"]
+            ends = (stage.whole(row, start), stage.whole(row, start + 1))
+            _move(stage, a, z, number[name], *ends)
+        Ca, Caz, B = (stage.block(name, number["meeting"]) for name in ("Ca", "Caz", "B"))
+        blocks.product(stage, T1, Ca, a2, right_turned=True)
+        blocks.product(stage, T1, Caz, z2, right_turned=True, add=True)
+        blocks.product(stage, T2, Caz, a2, left_turned=True, right_turned=True)
+        blocks.product(stage, T2, B, z2, right_turned=True, add=True)
+        blocks.product(stage, out, a1, T1)
+        blocks.product(stage, out, z1, T2, add=True)
+    with stage.when(stage.builder.sub(constant(1), pulled)):
+        for through, name in ((T1, "first"), (T2, "second")):
+            link = number[name]
+            blocks.product(stage, through, stage.block("Px", link), stage.block("F", link))
+        blocks.product(stage, out, T1, T2, right_turned=True, minus=True)
     same = stage.builder.icmp_signed("==", number["row"], number["column"])
     with stage.builder.if_then(same):
         stage.copy(prior, stage.block("Px", number["first"]), 36)
@@ -50,7 +57,11 @@ def write_pair(blocks: Blocks) -> Any:
 
 
 def _move(stage: Stage, a: Value, z: Value, link: Value, first: Value, last: Value) -> None:
-    """Writes a link's external wrench in an ancestor's acceleration and multiplier."""
+    """Writes a link's external wrench in an ancestor's acceleration and multiplier.
+
+    Only a prior on joint wrenches makes this necessary: without one a wrench is ``-Px F`` times
+    the same six unknowns for all links.
+    """
     blocks, builder = stage.blocks, stage.builder
     w, rest, X, onward = (stage.common(f"block{place}") for place in range(6, 10))
     stage.fill(splat(0.0), a, 36)
@@ -65,11 +76,9 @@ def _move(stage: Stage, a: Value, z: Value, link: Value, first: Value, last: Val
         stage.copy(w, z, 36)
         blocks.product(stage, w, a, stage.block("G", here), add=True)
         blocks.product(stage, rest, a, stage.block("A", here))
-        stage.copy(onward, w, 36)
-        with stage.when(stage.setting("prior_on_joint_wrenches")):
-            U, through = stage.block("U", here), stage.block("through", here)
-            blocks.product(stage, rest, w, U, add=True, minus=True)
-            blocks.product(stage, onward, w, through)
+        U, through = stage.block("U", here), stage.block("through", here)
+        blocks.product(stage, rest, w, U, add=True, minus=True)
+        blocks.product(stage, onward, w, through)
         blocks.product(stage, a, rest, X)
         blocks.product(stage, z, onward, X)
 

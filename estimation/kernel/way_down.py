@@ -58,10 +58,15 @@ def write_means(blocks: Blocks) -> Any:
 
 def _wrench_gains(stage: Stage) -> tuple[Value, Value]:
     """Where the joint wrench's gain and covariance are, with a prior on it and without."""
-    builder = stage.builder
-    prior = builder.icmp_signed("!=", stage.setting("prior_on_joint_wrenches"), constant(0))
+    builder, prior = stage.builder, _pulled(stage)
     K = builder.select(prior, stage.block("K"), stage.block("MA"))
     return K, builder.select(prior, stage.block("Pf"), stage.block("S0"))
+
+
+def _pulled(stage: Stage) -> Value:
+    """Whether there is a prior on joint wrenches."""
+    setting = stage.setting("prior_on_joint_wrenches")
+    return stage.builder.icmp_signed("!=", setting, constant(0))
 
 
 def _put_dofs(stage: Stage, table: str, block: Value) -> None:
@@ -83,13 +88,20 @@ def write_link_out(blocks: Blocks) -> Any:
     axes = stage.builder.mul(stage.link, constant(9))
     stage.copy(stage.output("link_rotation", axes), stage.block("rotation"), 9)
     with stage.when(stage.setting("spreads")):
-        half, Px = stage.common("block0"), stage.block("Px")
+        half, other, Px = stage.common("block0"), stage.common("block1"), stage.block("Px")
         variances = [stage.load(stage.block("Ca"), 7 * i) for i in SIX]
         stage.standard_deviations(stage.output("link_acceleration_sd", column), variances)
-        blocks.product(stage, half, Px, stage.block("B"))
+        with stage.builder.if_else(_pulled(stage)) as (pulled, free):
+            with pulled:
+                blocks.product(stage, half, Px, stage.block("B"))
+                stage.copy(other, Px, 36)
+            with free:
+                # Their difference keeps its digits where a force is all but free.
+                blocks.product(stage, other, Px, stage.block("F"))
+                blocks.product(stage, half, Px, stage.block("F"), minus=True)
         rows = [stage.loads(half, 6, 6 * i) for i in SIX]
-        own = [stage.loads(Px, 6, 6 * i) for i in SIX]
-        variances = [stage.dot(rows[i], own[i], own[i][i]) for i in SIX]
+        own = [stage.loads(other, 6, 6 * i) for i in SIX]
+        variances = [stage.dot(rows[i], own[i], stage.load(Px, 7 * i)) for i in SIX]
         stage.standard_deviations(stage.output("external_wrench_sd", column), variances)
     return stage.done()
 
@@ -101,14 +113,24 @@ def write_spreads(blocks: Blocks) -> Any:
     A, P, G, B = (stage.block(name) for name in ("A", "P", "G", "B"))
     Ca, Caz = stage.block("Ca"), stage.block("Caz")
     CaX, CX, BX, ACw, T, Cw = (stage.common(f"block{place}") for place in range(6))
+    right, through = stage.common("block8"), stage.common("block9")
     axes = (stage.block("turn"), stage.block("offset"))
     blocks.carry_down(stage, CaX, stage.block("Ca", parent), *axes, symmetric=True)
     blocks.carry_down(stage, CX, stage.block("Caz", parent), *axes, symmetric=False)
-    blocks.carry_down(stage, BX, stage.block("B", parent), *axes, symmetric=True)
-    stage.copy(B, BX, 36)
+    K, Pf = _wrench_gains(stage)
     stage.copy(Cw, CX, 36)
-    with stage.when(stage.setting("prior_on_joint_wrenches")):
-        _with_joint_wrench_prior(stage, CaX, CX, BX, Cw)
+    blocks.product(stage, right, K, CX)
+    with stage.builder.if_else(_pulled(stage)) as (pulled, free):
+        with pulled:
+            blocks.carry_down(stage, BX, stage.block("B", parent), *axes, symmetric=True)
+            blocks.product(stage, right, Pf, BX, add=True)
+            stage.fill(splat(0.0), through, 36)
+            _with_joint_wrench_prior(stage, CaX, CX, BX, Cw)
+        with free:
+            F = stage.block("F")
+            blocks.columns_down(stage, F, stage.block("F", parent), *axes)
+            blocks.product(stage, through, Pf, F)
+            blocks.symmetric_product(stage, B, F, F, right_turned=True, minus=True)
     blocks.product(stage, ACw, A, Cw)
     stage.copy(Caz, ACw, 36)
     blocks.product(stage, Caz, G, B, add=True)
@@ -119,13 +141,10 @@ def write_spreads(blocks: Blocks) -> Any:
     blocks.symmetric_product(stage, Ca, ACw, G, right_turned=True, add=True)
     blocks.symmetric_product(stage, Ca, G, Caz, right_turned=True, add=True)
     _joint_spread(stage, CaX, Cw)
-    K, Pf = _wrench_gains(stage)
-    left, right = T, ACw
+    left = T
     blocks.product(stage, left, K, CaX)
     blocks.product(stage, left, Pf, CX, right_turned=True, add=True)
-    blocks.product(stage, right, K, CX)
-    blocks.product(stage, right, Pf, BX, add=True)
-    _joint_wrench_spread(stage, K, Pf, left, right)
+    _joint_wrench_spread(stage, K, Pf, left, right, through)
     return stage.done()
 
 
@@ -172,13 +191,17 @@ def _joint_spread(stage: Stage, CaX: Value, Cw: Value) -> None:
     _put_dofs(stage, "joint_acceleration_sd", sd)
 
 
-def _joint_wrench_spread(stage: Stage, K: Value, Pf: Value, left: Value, right: Value) -> None:
-    """``Pf + left K' + right Pf``: its diagonal, the moment's block and the torques' variances."""
+def _joint_wrench_spread(
+    stage: Stage, K: Value, Pf: Value, left: Value, right: Value, through: Value
+) -> None:
+    """``Pf + left K' + right Pf - through through'``: what of it goes out."""
 
     def element(i: int, j: int) -> Value:
         total = stage.load(Pf, 6 * i + j)
         total = stage.dot(stage.loads(left, 6, 6 * i), stage.loads(K, 6, 6 * j), total)
-        return stage.dot(stage.loads(right, 6, 6 * i), stage.loads(Pf, 6, 6 * j), total)
+        total = stage.dot(stage.loads(right, 6, 6 * i), stage.loads(Pf, 6, 6 * j), total)
+        less = [stage.negative(value) for value in stage.loads(through, 6, 6 * i)]
+        return stage.dot(less, stage.loads(through, 6, 6 * j), total)
 
     moment: list[list[Value]] = [[None] * 3 for _ in THREE]
     for i in THREE:

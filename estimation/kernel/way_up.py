@@ -170,9 +170,9 @@ def write_root(blocks: Blocks) -> Any:
     blocks.vector_product(stage, residual, M, v, add=True)
     blocks.product(stage, T, M, J_inv)
     blocks.symmetric_product(stage, R, T, M, right_turned=True, add=True)
-    blocks.inverse(stage, B, R)
-    with stage.loop(0, 36) as slot:
-        stage.store(stage.negative(stage.load(B, slot)), B, slot)
+    F = stage.block("F")
+    blocks.inverse_factor(stage, F, R)
+    blocks.symmetric_product(stage, B, F, F, right_turned=True, minus=True)
     blocks.vector_product(stage, w, B, residual)
     chi2 = stage.negative(stage.dot(stage.loads(residual, 6), stage.loads(w, 6)))
     stage.store(chi2, stage.output("residual_chi2"))
