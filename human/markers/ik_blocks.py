@@ -122,7 +122,7 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
     absent = [name for name in body.marker_names if name not in names]
     model, segment = body.model, body.segment[used]
     free = movable_dofs(model, segment)
-    loose = posture_prior(model, free)
+    loose = posture_prior(model, free, segment)
     plan = FitPlan(
         recording=recording,
         columns=np.array([place_of[k] for k in used], dtype=np.intp),

@@ -138,12 +138,18 @@ class Prior:
         return angles - np.clip(angles, self.lower, self.upper)
 
 
-def posture_prior(model: HumanModel, free: IntArray) -> Prior:
-    """Makes the prior of the free degrees of freedom ``(k,)``, each loosely held."""
+def posture_prior(model: HumanModel, free: IntArray, segment: IntArray) -> Prior:
+    """Makes the prior of the free degrees of freedom ``(k,)``, each loosely held.
+
+    Args:
+        model: the person.
+        free: ``(k,)`` degrees of freedom that move.
+        segment: ``(markers,)`` index of each marker's segment.
+    """
     names = [model.dof_names[dof] for dof in free]
     matrix = np.zeros((len(free), len(free)))
     settled = np.zeros(len(free), dtype=np.bool_)
-    for joints in _SHARING:
+    for joints in _sharing(model, segment):
         for axis in ("rotx", "roty", "rotz"):
             at = np.array([k for k, n in enumerate(names) if n in {f"{j}_{axis}" for j in joints}])
             if len(at) < 2:
@@ -173,6 +179,21 @@ def posture_prior(model: HumanModel, free: IntArray) -> Prior:
         settled=settled,
     )
     return prior.loosened(np.full(len(free), _FREE_SD_RAD))
+
+
+def _sharing(model: HumanModel, segment: IntArray) -> list[tuple[str, ...]]:
+    """Returns the joints that share a bend: parted at segments whose own markers turn them."""
+    turned = np.bincount(segment, minlength=len(model.segment_names)) >= 3
+    out: list[tuple[str, ...]] = []
+    for joints in _SHARING:
+        part: list[str] = []
+        for joint in joints:
+            part.append(joint)
+            if joint in model.joint_names and turned[model.joint_names.index(joint) + 1]:
+                out.append(tuple(part))
+                part = []
+        out.append(tuple(part))
+    return out
 
 
 def _room(model: HumanModel) -> Array:

@@ -60,6 +60,15 @@ def test_exact_markers_give_the_posture_back(model, body, q, shown) -> None:
     assert fitted.held.any(axis=0).tolist() == ["BallFoot" in n for n in model.dof_names]
 
 
+def test_a_spine_with_markers_of_its_own_need_not_share_its_bend(model, q) -> None:
+    every = worn(model, model.segment_names)
+    kinked = q.copy()
+    kinked[:, 7 + model.dof_names.index("jL1T12_roty")] += 0.3
+    fitted = fit_markers(every, recorded(every, kinked))
+    assert np.max(error_rad(fitted, kinked, np.arange(model.n_dof))) < 1e-6
+    assert fitted.unobserved_dofs == ()
+
+
 def test_noise_spreads_the_angles_as_stated(model, body, rng) -> None:
     q = np.tile(swaying(model, 40)[20], (400, 1))
     noise = body.sd_m[:, None] * rng.normal(size=(400, len(body.sd_m), 3))

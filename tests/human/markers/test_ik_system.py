@@ -6,6 +6,9 @@ from human.markers.ik_system import MarkerSystem
 
 from .worn import worn
 
+#: Markers on the pelvis alone.
+SPARSE = np.zeros(4, dtype=np.intp)
+
 
 @pytest.mark.parametrize(
     "segments", [("Pelvis", "T8", "RightHand", "LeftFoot"), ("Head",)], ids=["body", "neck"]
@@ -34,7 +37,7 @@ def test_normal_equations_are_those_of_the_jacobian(model, rng, configurations, 
 
 def test_prior_descends_its_own_cost(model, rng) -> None:
     free = np.arange(model.n_dof)
-    prior = trusting(posture_prior(model, free), rng.uniform(size=len(free)) < 0.3)
+    prior = trusting(posture_prior(model, free, SPARSE), rng.uniform(size=len(free)) < 0.3)
     angles = rng.uniform(-1.5, 1.5, (2, len(free)))  # some beyond their limits
     pull = Pull(rng.normal(size=angles.shape), rng.uniform(0.0, 5.0, angles.shape))
     matrix, rhs = np.zeros((2, len(free), len(free))), np.zeros(angles.shape)
@@ -47,7 +50,7 @@ def test_prior_descends_its_own_cost(model, rng) -> None:
 
 
 def test_an_evenly_shared_bend_costs_nothing_whatever_its_size(model) -> None:
-    prior = posture_prior(model, np.arange(model.n_dof))
+    prior = posture_prior(model, np.arange(model.n_dof), SPARSE)
     spine = [model.dof_names.index(f"{j}_roty") for j in ("jL5S1", "jL4L3", "jL1T12", "jT9T8")]
     share = (model.upper - model.lower)[spine]
     shared, kinked = prior.mean[None].copy(), prior.mean[None].copy()
