@@ -89,7 +89,9 @@ def loads_of(noise: Estimate, wide: Estimate, settings: RunSettings, balance: In
         )
     before, held = payload(noise), payload(wide)
     chosen = held if settings.definition == "inertial" else payload(wide, settings.definition)
-    known = ~held.weightless & (balance != Balance.UNKNOWN)
+    # Inverse dynamics estimates no load: it takes what nothing measured to bear nothing.
+    told = (balance != Balance.UNKNOWN) & (noise.method != "deterministic")
+    known = ~held.weightless & told
     if noise.bands == "uncertainty" and before.sd_kg is not None:
         known = ~held.weightless & (before.sd_kg * GRAVITY_MS2 <= settings.known_within_n)
     quantiles = chosen.quantiles_kg

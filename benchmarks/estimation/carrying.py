@@ -1,6 +1,6 @@
 """Simulated people who carry a box on plates that feel everything, as a run takes them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,12 @@ from estimation import (
     RunSummary,
     estimate_run,
 )
-from human import HumanModel
+from human import HumanModel, Motion
+from human.rotations import (
+    quaternion_multiply,
+    quaternion_to_matrix,
+    rotation_vector_to_quaternion,
+)
 from human.simulate import (
     ImuNoise,
     SensorNoise,
@@ -72,6 +77,23 @@ class Carrying:
             assumed=(),
             findings=(),
         )
+
+    def turned(self, feet: FootForces, angle: float) -> tuple[Motion, FootForces]:
+        """The whole scene turned about the world's vertical axis, and put elsewhere."""
+        turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, angle]))
+        R, shift = quaternion_to_matrix(turn), np.array([3.0, -1.0, 0.0])
+        motion = self.simulated.motion
+        q = motion.q.copy()
+        q[:, :3] = q[:, :3] @ R.T + shift
+        q[:, 3:7] = quaternion_multiply(np.broadcast_to(turn, (len(q), 4)), q[:, 3:7])
+
+        def foot(old: FootForce) -> FootForce:
+            force, moment = old.wrench[:, :3] @ R.T, old.wrench[:, 3:] @ R.T
+            wrench = np.concatenate([force, moment + np.cross(shift, force)], axis=1)
+            return replace(old, wrench=wrench, point=old.point @ R.T + shift)
+
+        moved = replace(motion, q=q)
+        return moved, replace(feet, right=foot(feet.right), left=foot(feet.left))
 
     def suit(self, rng: np.random.Generator) -> list[Measurement]:
         """Accelerometers on 17 segments, and joint accelerations."""

@@ -377,6 +377,9 @@ def test_other_methods_run_and_are_labelled(person, carried, feet, method):
     assert summary.bands == {"two_step": "tuning", "deterministic": "none"}[method]
     assert (chunk.torque_sd_nm is None) == (method == "deterministic")
     assert chunk.effort_nm.shape == (20, 22, 3)
+    told = method == "two_step"
+    assert np.all(chunk.payload_known == told)
+    assert np.all((chunk.hands_state == HandState.UNKNOWN) != told)
 
 
 def test_stretches_must_fit(person, carried, feet):
