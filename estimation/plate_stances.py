@@ -36,6 +36,8 @@ _INDEPENDENT_S = 0.05
 _ON_PLATE = 0.5
 #: Without corners, a plate reaches this far beyond where more than so many N entered, m.
 _REACH_M, _SURE_N = 0.1, 50.0
+#: A foot is visited by the force from this share of the time on.
+_NOW_AND_THEN = 0.05
 #: Forces are smoothed over this time before their point of entry is looked at, s.
 _POINT_WINDOW_S = 0.04
 
@@ -160,7 +162,11 @@ def stood_on(plates: PlateForces, k: int, standing: Standing) -> Mask:
         if other != k:
             bears &= ~force_points(plates, other, standing.time_s, _SURE_N)[1]
     between: Mask = bears & near[:, BOTH] & ~near[:, 0] & ~near[:, 1] & standing.down.all(axis=1)
-    if np.any(between):
+    # For most of that time, or on the way from one foot to the other: the force of a light foot
+    # enters anywhere for a moment.
+    times = np.array([np.count_nonzero(bears & near[:, foot]) for foot in (0, 1)])
+    alone, share = np.count_nonzero(bears), np.count_nonzero(between)
+    if 2 * share > alone or (share and np.all(times > _NOW_AND_THEN * alone)):
         ground = standing.soles.corners[between][..., :2].reshape(-1, 2)
         on |= _within(ground, 0.0, standing) & bears[:, None]
     return on
