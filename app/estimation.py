@@ -15,7 +15,12 @@ from app.estimates.schemas import EstimateOptions
 from app.estimates.series import series_writer
 from app.estimates.summary import summarised
 from app.files import write_bytes
-from app.fitting import BodyInMotion, body_in_motion, standing_mass_kg
+from app.fitting import (
+    BodyInMotion,
+    body_in_motion,
+    refuse_forces_alone,
+    standing_mass_kg,
+)
 from app.problems import Fault, InvalidRequest, Unreadable, pointer
 from app.takes import Take
 from app.version import VERSION
@@ -49,6 +54,7 @@ def estimate_take(
     """
     tell = progress or (lambda what, done, total: None)
     tell(f"reading {take.motion.name}", 0, 0)
+    refuse_forces_alone(take)
     subject, person = _subject(take, options)
     # A second at most, where waiting is no harm; the estimator itself never waits for a compiler.
     compile_kernel()

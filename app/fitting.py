@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from app.problems import Unreadable
 from app.takes import Part, Take
 from human import HumanModel, JointLog, Motion, Subject, generate_model
-from human.differentiate import WINDOW_S as DIFFERENTIATED_OVER_S
 from human.errors import RecordingError
 from human.mapped_arrays import forget_pages
 from human.marker_recording import MarkerRecording, PlateForces
 from human.markers import (
-    MARKER_WINDOW_S,
     MarkerError,
     body_from_static,
     fit_markers_in_windows,
@@ -54,7 +52,6 @@ class BodyInMotion:
         time_s: ``(frames,)`` s, of the recording; frames that could not be fitted are not in the
             windows.
         rate_hz: Nominal.
-        differentiated_over_s: Width of the window that velocities come from, s.
         by_markers: Whether segments were seen in the world, each by its own markers.
         unobserved: Segments whose pose is a placeholder.
         plates: Force plates, on their own clock, or None.
@@ -70,7 +67,6 @@ class BodyInMotion:
     digest: str
     time_s: Array
     rate_hz: float
-    differentiated_over_s: float
     by_markers: bool
     unobserved: frozenset[str]
     plates: PlateForces | None
@@ -127,11 +123,7 @@ def body_in_motion(
         HumanError: The person cannot be fitted.
     """
     kind = marker_format(take.motion.path)
-    if kind == "opensim-table":
-        raise Unreadable(
-            f"{take.motion.name}: expected a motion, got a table of the MOT kind. "
-            f"Forces are given as grf:{take.motion.name} beside a motion."
-        )
+    refuse_forces_alone(take)
     if kind is None:
         return _skeleton(take, who, accept, window_s)
     if kind in ("csv", "mat") and take.columns is not None:
@@ -140,6 +132,19 @@ def body_in_motion(
         if table.joints is not None and table.joints.joint_names and table.markers is None:
             return _log(take, table.joints, table.plates, who, window_s)
     return _markers(take, who, accept, window_s)
+
+
+def refuse_forces_alone(take: Take) -> None:
+    """Refuses a table of forces where a motion is wanted.
+
+    Raises:
+        Unreadable: It is one.
+    """
+    if marker_format(take.motion.path) == "opensim-table":
+        raise Unreadable(
+            f"{take.motion.name}: expected a motion, got a table of the MOT kind. "
+            f"Forces are given as grf:{take.motion.name} beside a motion."
+        )
 
 
 def forces_of(take: Take) -> PlateForces | None:
@@ -194,7 +199,6 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
         digest=recording.digest,
         time_s=recording.time_s,
         rate_hz=recording.rate_hz,
-        differentiated_over_s=DIFFERENTIATED_OVER_S,
         by_markers=False,
         unobserved=frozenset(missing | set(fitted.diagnostics.filled_segments)),
         plates=forces_of(take),
@@ -229,7 +233,6 @@ def _log(
         digest=log.digest,
         time_s=log.time_s,
         rate_hz=log.rate_hz,
-        differentiated_over_s=DIFFERENTIATED_OVER_S,
         by_markers=False,
         unobserved=frozenset(s for s, j in JOINT_OF_SEGMENT.items() if j not in told),
         plates=plates,
@@ -290,7 +293,6 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
         digest=recording.digest,
         time_s=recording.time_s,
         rate_hz=recording.rate_hz,
-        differentiated_over_s=MARKER_WINDOW_S,
         by_markers=True,
         unobserved=frozenset(body.unobserved()),
         plates=plates,

@@ -20,6 +20,9 @@ def inspect(
     if as_json:
         print_json(record)
         return
+    for key in ("markers", "columns", "plates"):
+        if key in record:
+            record[key] = ", ".join(record[key])
     for kind in ("problems", "notes"):
         record[kind] = [f"{one['place']}: {one['message']} ({one['code']})" for one in record[kind]]
     console().print(facts(file.name, record))

@@ -70,7 +70,6 @@ class FeetOfTake:
                 wide,
                 _of_time(plates, float(start), float(end)),
                 clock_offset_s=offset,
-                window_s=self.body.differentiated_over_s,
                 assign=self.options.assign or None,
             )
             self._remember(forces, float(now.time_s[0]), float(now.time_s[-1]))
@@ -106,7 +105,7 @@ class FeetOfTake:
             self.clock = {"offset_s": 0.0, "sd_s": None, "from": "one file, one clock"}
             return 0.0
         part = _of_time(plates, float(motion.time_s[0]) - 1.0, float(motion.time_s[-1]) + 1.0)
-        found = align(self.body.model, motion, part, window_s=self.body.differentiated_over_s)
+        found = align(self.body.model, motion, part)
         self.clock = {
             "offset_s": round(found.offset_s, 4),
             "sd_s": None if found.sd_s is None else round(found.sd_s, 4),
