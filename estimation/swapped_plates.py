@@ -1,5 +1,6 @@
 """Plates whose channels were plugged into each other's place."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -14,17 +15,20 @@ from human.marker_recording import ForcePlate, PlateForces
 _FAR_M, _NEAR_M = 0.1, 0.05
 
 
-def distances_m(plates: PlateForces, standing: Standing) -> Array:
-    """Returns how far outside of the nearest sole each plate's force enters ``(plates,)``.
+def distances_m(
+    plates: PlateForces, standing: Standing, which: Sequence[int] | None = None
+) -> Array:
+    """Returns how far outside of the nearest sole the force of each plate, or of some, enters.
 
     It is the median over the loaded frames, NaN for a plate that bears nothing.
     """
-    out = np.full(len(plates.plates), np.nan)
-    for k in range(len(out)):
+    wanted = range(len(plates.plates)) if which is None else which
+    out = np.full(len(wanted), np.nan)
+    for place, k in enumerate(wanted):
         point, bears = force_points(plates, k, standing.time_s, ENTER_N)
         if np.any(bears):
             outside = standing.soles.outside_m(point)[bears]
-            out[k] = np.median(outside[:, :2].min(axis=1))
+            out[place] = np.median(outside[:, :2].min(axis=1))
     return out
 
 
@@ -39,13 +43,15 @@ def put_back(plates: PlateForces, standing: Standing) -> tuple[PlateForces, list
         The plates, whose channels each has now, and what was assumed.
     """
     assumed, channels = [], list(range(len(plates.plates)))
+    distance = distances_m(plates, standing)
     for i, j in combinations(range(len(plates.plates)), 2):
-        as_read = distances_m(plates, standing)[[i, j]]
+        as_read = distance[[i, j]]
         if np.all(np.isnan(as_read)) or not np.nanmin(as_read) > _FAR_M:
             continue
         exchanged = _exchanged(plates, i, j)
-        if np.nanmax(distances_m(exchanged, standing)[[i, j]]) < _NEAR_M:
-            plates = exchanged
+        instead = distances_m(exchanged, standing, (i, j))
+        if np.nanmax(instead) < _NEAR_M:
+            plates, distance[[i, j]] = exchanged, instead
             channels[i], channels[j] = channels[j], channels[i]
             first, second = plates.plates[i].name, plates.plates[j].name
             assumed.append(

@@ -180,6 +180,21 @@ def test_feet_beside_the_plates_are_not_known_and_the_others_stay(scene):
     assert any("stands on no plate" in text for text in feet.findings)
 
 
+def test_a_foot_that_rolls_from_plate_to_plate_has_the_sum_of_all(scene):
+    """Strips of 20 cm across the way: each stance is on two or three of them."""
+    strips = tuple(
+        floor_plate(f"{side} {k}", -0.2 + 0.2 * k, y, (0.2, 0.69))
+        for side, y in (("r", -0.35), ("l", 0.35))
+        for k in range(14)
+    )
+    feet = found(scene, scene.plates(strips, np.random.default_rng(3), NOISE))
+    worst, known = error_n(scene, feet)
+    assert known == 1.0
+    assert worst < 15.0
+    assert {s.plate[0] for s in feet.stances if s.foot == "right"} == {"r"}
+    assert len({s.plate for s in feet.stances}) > 8
+
+
 def test_two_feet_on_one_plate_share_it_and_their_sum_is_exact(scene):
     whole = (floor_plate("a", 1.0, 0.0, (3.0, 1.3)),)
     feet = found(scene, scene.plates(whole, np.random.default_rng(3)))
