@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from estimation.errors import CovarianceError
 
-#: Beyond this, a force that is free beside a moment that is not leaves no digits in its variance.
-LARGEST_FREE_VARIANCE = 1e5
+#: Beyond this, a force that is free beside a moment that is not costs its variance too many digits.
+LARGEST_FREE_VARIANCE = 1e6
 INFINITE = float("inf")
 
 

@@ -113,7 +113,7 @@ def completed(
             sensor = replace(sensor, force_sd=LARGEST_FREE_VARIANCE**0.5)
             assumed.append(
                 f"{describe(sensor)}: force_sd lowered to {sensor.force_sd:.0f} N; beyond it, "
-                "beside a moment that is not free, the force's variance has no digits left"
+                "beside a moment that is not free, the force's variance loses its digits"
             )
         out.append(sensor)
     has_joints = any(isinstance(sensor, JointAcceleration) for sensor in measurements)

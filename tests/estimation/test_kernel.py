@@ -197,8 +197,7 @@ def test_both_engines_give_a_persons_numbers(person, scene, links, model):
     assert (found.engine, expected.engine) == ("kernel", "numpy")
     for name in (*MEANS, *SPREADS, "site_covariance", "site_prior"):
         value = getattr(expected, name)
-        # Forces of 20 N beside moments of 0.1 N m cost a variance that many digits in either.
-        loss = 1e-10 if name in MEANS else 1e-7 if "joint_wrench" in name else 1e-8
+        loss = 1e-10 if name in MEANS else 1e-9
         scale = np.abs(value).max(axis=tuple(range(value.ndim - 1)))
         off = np.abs(getattr(found, name) - value)
         assert np.all(off <= loss * np.maximum(scale, 1e-3)), (name, (off / scale).max())
