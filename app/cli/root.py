@@ -1,6 +1,7 @@
 """Gathers the commands, and turns every foreseen error into text and an exit code.
 
-0: done. 2: what was given cannot be used (the message says where and why). 1: anything else.
+0: done. 2: what was given cannot be used (the message says where and why). 130: Ctrl-C. 1: anything
+else.
 """
 
 import sys
@@ -18,6 +19,9 @@ from app.cli import train as _train
 from app.cli import worksheet as _worksheet
 from app.cli.output import explain
 from app.version import VERSION
+
+#: Exit code of a program that Ctrl-C ended.
+_STOPPED = 130
 
 cli = typer.Typer(
     name="ergocast",
@@ -60,9 +64,12 @@ def main(arguments: list[str] | None = None) -> None:
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
         cli(args=arguments, prog_name="ergocast")
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit) as ended:
+        # Typer turns Ctrl-C into the shells' code for it, without a word.
+        if isinstance(ended, SystemExit) and ended.code != _STOPPED:
+            raise
         typer.echo("Stopped; nothing half-written was left.", err=True)
-        sys.exit(130)
+        sys.exit(_STOPPED)
     except Exception as error:
         text = explain(error, as_json="--json" in arguments)
         if text is None:

@@ -153,3 +153,16 @@ def test_what_stops_half_way_leaves_nothing(lifting: Lifting, tmp_path: Path) ->
     with pytest.raises(KeyboardInterrupt):
         estimate_take(take, options, tmp_path / "out", stop)
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+def test_ctrl_c_says_so_and_leaves_nothing(
+    lifting: Lifting, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> dict[str, Any]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.estimation.summarised", interrupted)
+    assert run("estimate", lifting.motion, *PERSON, "--bands", "noise", "--out", tmp_path) == 130
+    assert "nothing half-written" in capsys.readouterr().err
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and "part" in path.name]
+    assert not list(tmp_path.rglob("summary.json"))
