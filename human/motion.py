@@ -16,6 +16,8 @@ FrameIndex = NDArray[np.bool_] | NDArray[np.intp] | slice
 
 #: Largest departure of a base quaternion's norm from one that is put down to rounding.
 _NORM_TOLERANCE = 1e-6
+#: Flags of frames on which a segment's posture was not measured are this and its name.
+UNSEEN = "unseen "
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +136,15 @@ class Motion:
     def joint_rates(self) -> Array:
         """Joint rates ``(time, n_dof)``, rad/s."""
         return self.v[:, BASE_NV:]
+
+    @property
+    def unseen_segments(self) -> dict[str, NDArray[np.bool_]]:
+        """Segments to the frames ``(time,)`` on which nothing measured their posture."""
+        return {
+            name.removeprefix(UNSEEN): flag
+            for name, flag in self.flags.items()
+            if name.startswith(UNSEEN) and np.any(flag)
+        }
 
     def slice(self, start_s: float | None = None, end_s: float | None = None) -> Self:
         """Returns the frames with ``start_s <= time < end_s``; times keep their origin.

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.model import Array, HumanModel, IntArray
-from human.motion import Motion
+from human.motion import UNSEEN, Motion
 
 Flags = NDArray[np.bool_]
 
@@ -22,8 +22,10 @@ class FittedMarkers:
             out. Its flags: ``limit_active`` (some joint rests on its limit), ``near_singular``
             (a middle axis within 5 degrees of 90, rates there are unreliable), ``bridged`` (some
             angle or the whole frame was carried over a short gap), ``unseen`` (some angle that the
-            recording shows elsewhere was not shown for longer), ``outlier`` (some marker was not
-            believed), ``gap`` and ``weak_derivative`` of `human.differentiate`.
+            recording shows elsewhere was not shown for longer), ``unseen <segment>`` (the same of
+            one segment, or it is never shown although the body has markers on it), ``outlier``
+            (some marker was not believed), ``gap`` and ``weak_derivative`` of
+            `human.differentiate`.
         frame: ``(frames,)`` place of each of the motion's frames in the recording.
         marker_names: ``markers`` names in the order of the residuals.
         residual_m: ``(frames, markers)`` m, from the marker to where the model has it; zero where
@@ -72,7 +74,9 @@ class FittedMarkers:
             "marker_rms_m": self.rms_m,
             "worst_markers_rms_m": {name: per_marker[name] for name in worst},
             "frames_by_flag": {
-                name: int(np.count_nonzero(flag)) for name, flag in self.motion.flags.items()
+                name: int(np.count_nonzero(flag))
+                for name, flag in self.motion.flags.items()
+                if np.any(flag) or not name.startswith(UNSEEN)
             },
             "outliers": {
                 name: int(n)

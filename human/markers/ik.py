@@ -20,7 +20,7 @@ from human.markers.ik_blocks import FitPlan, plan_fit, raw_blocks
 from human.markers.ik_bridge import JoinedBlock, joined_blocks
 from human.markers.ik_start import inside, middle, other_branch, whole_turns_off
 from human.model import BASE_NQ, Array, HumanModel, IntArray
-from human.motion import Motion, Provenance
+from human.motion import UNSEEN, Motion, Provenance
 from human.pairwise_ik import NEAR_SINGULAR_RAD
 
 #: Default differentiating window, s: accelerations are within 5 % of those behind the low-pass of
@@ -172,9 +172,11 @@ def _fitted(
 
     q, times = np.concatenate([block.q for block in blocks])[around], time[frame[around]]
     outlier = np.concatenate([block.outlier for block in blocks])
+    lost = np.concatenate([block.lost for block in blocks])[around]
     flags = {
         "bridged": np.concatenate([block.bridged for block in blocks])[around],
-        "unseen": np.concatenate([block.unseen for block in blocks])[around],
+        "unseen": np.any(lost, axis=1),
+        **_unseen_segments(plan, lost),
         "outlier": np.any(outlier[around], axis=1),
         "limit_active": _limited(model, q),
         "near_singular": _near_singular(model, q),
@@ -205,6 +207,18 @@ def _fitted(
         unobserved_dofs=plan.unobserved_dofs,
         notes=(*plan.notes, *_notes(plan, motion, frame[within], outlier, left_out, settings)),
     )
+
+
+def _unseen_segments(plan: FitPlan, lost: Flags) -> dict[str, Flags]:
+    """Flags of the segments that the body's markers show, where this recording does not."""
+    model = plan.problem.system.model
+    out = {}
+    for joint in range(len(model.joint_names)):
+        dofs, segment = model.joint_dofs(joint), model.segment_names[joint + 1]
+        if segment in plan.observed and len(dofs):
+            never = all(model.dof_names[dof] in plan.unobserved_dofs for dof in dofs)
+            out[UNSEEN + segment] = np.any(lost[:, dofs], axis=1) | never
+    return out
 
 
 def _spherical(model: HumanModel) -> list[IntArray]:

@@ -67,6 +67,7 @@ class FitPlan:
         typical_sd_rad: ``(n_dof,)`` rad.
         poor: ``(n_dof,)`` held near the reference posture for want of markers, or not moved at all.
         unobserved_dofs: those of them that no marker shows.
+        observed: segments that the body's markers show when they are seen.
         most_residual_m: a frame whose believed markers lie further off (RMS) is not fitted.
         notes: in words.
     """
@@ -78,6 +79,7 @@ class FitPlan:
     typical_sd_rad: Array
     poor: Flags
     unobserved_dofs: tuple[str, ...]
+    observed: tuple[str, ...]
     most_residual_m: float
     notes: tuple[str, ...]
 
@@ -135,6 +137,7 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
         typical_sd_rad=np.full(model.n_dof, np.inf),
         poor=np.ones(model.n_dof, dtype=np.bool_),
         unobserved_dofs=(),
+        observed=body.observed,
         most_residual_m=most_residual_m,
         notes=(f"Not in this recording: {', '.join(absent)}.",) if absent else (),
     )

@@ -36,8 +36,8 @@ class JoinedBlock:
         residual_m: ``(F, markers)`` m.
         outlier: ``(F, markers)``.
         held: ``(F, n_dof)`` angles that no marker determined.
+        lost: ``(F, n_dof)`` those of them that were not shown for longer than a short gap.
         bridged: ``(F,)`` something was carried over a short gap.
-        unseen: ``(F,)`` some angle was not shown for longer.
         left_out: places in the recording of the frames that could not be fitted.
     """
 
@@ -46,8 +46,8 @@ class JoinedBlock:
     residual_m: Array
     outlier: Flags
     held: Flags
+    lost: Flags
     bridged: Flags
-    unseen: Flags
     left_out: IntArray
 
 
@@ -131,7 +131,7 @@ def _join(
     q, residual = here.solved.q.copy(), here.solved.residual_m.copy()
     outlier, weak = here.solved.outlier.copy(), here.weak.copy()
     bridged = np.zeros(len(frames), dtype=np.bool_)
-    unseen = bridged.copy()
+    lost = np.zeros((len(frames), model.n_dof), dtype=np.bool_)
 
     known = np.flatnonzero(all_good)
     gone = ~here.good
@@ -160,7 +160,7 @@ def _join(
         solved = solve(plan.problem, start, marker[at], seen[at], pull)
         q[at], residual[at], outlier[at] = solved.q, solved.residual_m, solved.outlier
         bridged |= again & np.any(here.weak & short, axis=1)
-        unseen |= again & np.any(here.weak & ~short, axis=1)
+        lost[:, free] = again[:, None] & here.weak & ~short
 
     keep = ~gone
     held = np.zeros((len(frames), model.n_dof), dtype=np.bool_)
@@ -174,8 +174,8 @@ def _join(
         residual[keep],
         outlier[keep],
         held[keep],
+        lost[keep],
         bridged[keep],
-        unseen[keep],
         frames[gone],
     )
 

@@ -117,6 +117,9 @@ def test_a_short_loss_is_carried_over_and_a_longer_one_said(body, q, shown) -> N
         fitted = fit_markers(body, recorded(body, q, valid=valid))
         assert len(fitted.motion) == len(q)
         assert fitted.motion.flags[flag].sum() >= frames
+        lost = fitted.motion.unseen_segments
+        assert set(lost) == ({"RightHand", "RightForeArm"} if flag == "unseen" else set())
+        assert all(np.all(where[span]) and where.sum() < frames + 4 for where in lost.values())
         error = error_rad(fitted, q, shown)
         assert np.all(fitted.held[span, fitted.model.dof_names.index("jRightWrist_rotx")])
         # The rest of the body is as if nothing had happened.
@@ -127,6 +130,13 @@ def test_a_short_loss_is_carried_over_and_a_longer_one_said(body, q, shown) -> N
         if flag == "bridged":
             assert np.max(error) < np.deg2rad(3.0)
             assert any("Carried over" in note for note in fitted.notes)
+
+
+def test_a_segment_whose_markers_never_show_in_a_recording_is_flagged_throughout(body, q) -> None:
+    valid = seen_without(body, len(q), "RightHand", slice(None), 0)
+    motion = fit_markers(body, recorded(body, q, valid=valid)).motion
+    assert list(motion.unseen_segments) == ["RightHand"]
+    assert np.all(motion.unseen_segments["RightHand"])
 
 
 def test_frames_without_a_body_are_bridged_or_left_out(body, q, shown) -> None:
