@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.estimation.agreement import agreement
 from benchmarks.estimation.idyntree_peer import (
     ACCELEROMETER,
     JOINT_ACCELERATION,
@@ -72,7 +73,15 @@ def main() -> int:
     model = generate_model(Subject(1.76, 74.3, "male"))
     scene = moving_scene(model, FRAMES, np.random.default_rng(0))
     failed = 0
-    for figure in (*speed(model, scene, options.rounds), *accuracy(model, scene)):
+    figures = (
+        *speed(model, scene, options.rounds),
+        *accuracy(model, scene),
+        *(
+            Figure(name, value, unit, value <= most, f"at most {most:g}")
+            for name, value, unit, most in agreement(model, scene)
+        ),
+    )
+    for figure in figures:
         mark = {True: "pass", False: "FAIL", None: "    "}[figure.good]
         failed += figure.good is False
         print(f"{figure.name:58} {figure.value:11.4g} {figure.unit:9} {mark}  {figure.beside}")

@@ -273,3 +273,18 @@ def test_the_kernel_calls_nothing_outside_itself(wide):
     declared = [line for line in text.splitlines() if line.startswith("declare")]
     assert declared
     assert all('@"llvm.' in line for line in declared)
+
+
+def test_frames_that_the_kernel_doubts_are_done_again_by_numpy(person, scene, monkeypatch):
+    run = (real_tree(person), scene.q, scene.v, scene.a, on_a_plate(person, scene))
+    whole = estimate(*run, engine="kernel")
+    plain = estimate(*run, engine="numpy")
+    doubted = np.array([2, 11])
+    monkeypatch.setattr("estimation.kernel.batch.doubtful", lambda status: doubted)
+    mixed = estimate(*run, engine="kernel")
+    for name in (*MEANS, *SPREADS, "site_covariance", "site_prior"):
+        expected = getattr(whole, name).copy()
+        expected[doubted] = getattr(plain, name)[doubted]
+        np.testing.assert_allclose(getattr(mixed, name), expected, rtol=1e-12, atol=1e-12)
+        found = np.delete(getattr(mixed, name), doubted, axis=0)
+        np.testing.assert_array_equal(found, np.delete(getattr(whole, name), doubted, axis=0))
