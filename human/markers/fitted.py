@@ -20,7 +20,8 @@ class FittedMarkers:
         model: the person.
         motion: configurations and derivatives of the frames that could be fitted, the others left
             out. Its flags: ``limit_active`` (some joint rests on its limit), ``near_singular``
-            (a middle axis within 5 degrees of 90, rates there are unreliable), ``bridged`` (some
+            (a middle axis within 5 degrees of 90: the joint turns as it should, how its outer two
+            angles share that is uncertain), ``bridged`` (some
             angle or the whole frame was carried over a short gap), ``unseen`` (some angle that the
             recording shows elsewhere was not shown for longer), ``unseen <segment>`` (the same of
             one segment, or it is never shown although the body has markers on it), ``outlier``
