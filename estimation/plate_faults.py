@@ -32,6 +32,8 @@ _IDLE_S = 0.2
 _MARGIN_S = 0.05
 #: A limit counts where the force would have gone on by this share of it.
 _OVERSHOOT = 0.01
+#: Samples repeated for less than this, s, are a coarser clock or do no harm.
+_LOST_S = 0.02
 #: Samples that must stand still to be suspected, and how still, relative to the largest.
 _STUCK, _STILL = 4, 1e-7
 
@@ -248,7 +250,8 @@ def lost(plates: PlateForces) -> Mask:
             jumps = end < len(same) and not np.allclose(
                 channels[end, k], channels[start, k], rtol=1e-3
             )
-            if end - start >= _STUCK and jumps:
+            long = plates.time_s[end - 1] - plates.time_s[start - 1] >= _LOST_S
+            if end - start >= _STUCK and long and jumps:
                 out[start:end, k] = True
     return out
 

@@ -168,6 +168,13 @@ def test_lost_samples_are_unknown(scene, rails):
     assert np.all(feet.left.usable)
 
 
+def test_samples_repeated_to_a_finer_clock_are_not_lost(scene, rails):
+    held = np.arange(len(rails.time_s)) // 5 * 5
+    feet = found(scene, replace(rails, force=rails.force[held], moment=rails.moment[held]))
+    assert np.all(feet.known)
+    assert not feet.findings
+
+
 def test_feet_beside_the_plates_are_not_known_and_the_others_stay(scene):
     tiles = (floor_plate("a", 0.55, 0.0, (0.6, 0.6)), floor_plate("b", 1.16, 0.0, (0.6, 0.6)))
     feet = found(scene, scene.plates(tiles, np.random.default_rng(3), NOISE))
