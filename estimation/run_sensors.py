@@ -20,8 +20,8 @@ PROPPED_SHARE = 0.1
 #: Where errors of the model are stated, the pelvis takes up the moment by which they make body and
 #: plates disagree: so many metres of the body's weight. Else the hands would, as a load.
 PELVIS_LEVER_M = 0.02
-#: How unseen a segment's acceleration is, m/s^2.
-UNSEEN_ACCELERATION = 5.0
+#: How hard a segment that nothing saw may turn about the last joint that was seen, rad/s^2.
+UNSEEN_TURNING = 5.0
 #: How far beside the hand's centre an unnoticed load may push, m.
 EMPTY_LEVER_M = 0.1
 GRAVITY_MS2 = 9.81
@@ -183,7 +183,7 @@ def unseen_wrenches(tree: EstimationTree, unobserved: Sequence[str]) -> dict[str
         while above > 0 and tree.link_names[tree.parents[above]] in unobserved:
             reach += float(np.linalg.norm(tree.offsets[above]))
             above = tree.parents[above]
-        force = mass * UNSEEN_ACCELERATION
-        moment = mass * float(np.hypot(GRAVITY_MS2, UNSEEN_ACCELERATION)) * reach
+        swing = UNSEEN_TURNING * reach
+        force, moment = mass * swing, mass * float(np.hypot(GRAVITY_MS2, swing)) * reach
         out[name] = np.array([force] * 3 + [moment] * 3)
     return out
