@@ -258,11 +258,12 @@ def lost(plates: PlateForces) -> Mask:
 
 def _cut_off(size: Array, start: int, end: int, most: float) -> bool:
     """Whether the signal would have gone on beyond a plateau, by its slope on either side."""
-    slopes = []
-    if start >= 2:
-        slopes.append(size[start - 1] - size[start - 2])
-    if end + 1 < len(size):
-        slopes.append(size[end] - size[end + 1])
+    # Over a quarter of the plateau's length: one step of a coarse converter is no slope.
+    reach, slopes = max((end - start) // 4, 1), []
+    if start > reach:
+        slopes.append((size[start - 1] - size[start - 1 - reach]) / reach)
+    if end + reach < len(size):
+        slopes.append((size[end] - size[end + reach]) / reach)
     return bool(slopes) and 0.25 * (end - start) * min(slopes) > _OVERSHOOT * most
 
 

@@ -157,6 +157,14 @@ def test_a_plate_at_its_limit_makes_those_frames_unknown_and_no_others(scene):
     assert worst < 12.0 and known > 0.5
 
 
+def test_steps_of_a_coarse_converter_are_no_limit(scene):
+    exact = scene.plates(RAILS, np.random.default_rng(3))
+    coarse = replace(exact, force=5.0 * np.round(exact.force / 5.0))
+    top = coarse.force[:, 0, 2] == coarse.force[:, 0, 2].max()
+    assert np.count_nonzero(top) > 4
+    assert np.all(found(scene, coarse).right.state != FootState.SATURATED)
+
+
 def test_lost_samples_are_unknown(scene, rails):
     force, moment = rails.force.copy(), rails.moment.copy()
     time = rails.time_s
