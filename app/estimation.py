@@ -77,7 +77,7 @@ def estimate_take(
             for chunk in run.add(motion, forces):
                 if len(chunk):
                     names = body.model.dof_names, body.model.joint_names[: chunk.effort_nm.shape[1]]
-                    writer.append(columns_of(chunk, motion, *names))
+                    writer.append(columns_of(chunk, motion, forces, *names))
                 written += len(chunk)
                 tell(f"estimating {take.motion.name}", min(written, total), total)
         summary = run.finish()

@@ -17,6 +17,7 @@ from app.cli.output import (
     console,
     facts,
     print_json,
+    problem_of,
     progress_bar,
     show,
 )
@@ -142,16 +143,27 @@ def estimate(
                 bar.update(task, description=what, completed=done, total=total or None)
 
             folder = Path(scratch) / str(number) if out is None else _folder(out, take.motion.name)
-            summary = estimate_take(take, options, folder, tell)
-            bar.remove_task(task)
+            try:
+                summary = estimate_take(take, options, folder, tell)
+            except Exception as error:
+                problem = problem_of(error)
+                if problem is None or len(takes) == 1:
+                    raise
+                # One bad recording must not cost the others theirs.
+                answers.append({"source": take.motion.name, "problem": problem.body()})
+                typer.echo(f"Error: {problem.text()}", err=True)
+                continue
+            finally:
+                bar.remove_task(task)
             if out is not None:
-                summary["written"] = _written(folder, summary)
-                write_json(folder / "summary.json", summary)
+                _write(folder, summary)
             answers.append(summary)
             if not as_json:
                 print_summary(summary)
     if as_json:
         print_json(answers if len(answers) > 1 else answers[0])
+    if any("problem" in answer for answer in answers):
+        raise typer.Exit(2)
 
 
 def _seconds(text: str) -> tuple[float, float]:
@@ -180,26 +192,24 @@ def _folder(out: Path, name: str) -> Path:
     return folder
 
 
-def _written(folder: Path, summary: dict[str, Any]) -> dict[str, str | None]:
-    """Draws the picture and returns the files that there are."""
+def _write(folder: Path, summary: dict[str, Any]) -> None:
+    """Adds picture and summary to the time series, all as readable as the user's other files."""
     from app.estimates.picture import draw
     from app.estimation import BODY, SERIES
 
-    written: dict[str, str | None] = {
-        "series": str(folder / SERIES),
-        "body": str(folder / BODY),
-        "summary": str(folder / "summary.json"),
-        "picture": str(folder / "picture.png"),
-    }
+    names = {"series": SERIES, "body": BODY, "picture": "picture.png", "summary": "summary.json"}
     part = folder / f".part-{os.getpid()}.png"
     try:
         draw(folder / SERIES, summary, part)
-        part.replace(folder / "picture.png")
-    except ImportError:
-        written["picture"] = None
+        part.replace(folder / names["picture"])
     finally:
         part.unlink(missing_ok=True)
-    return written
+    summary["written"] = {key: str(folder / name) for key, name in names.items()}
+    write_json(folder / names["summary"], summary)
+    umask = os.umask(0)
+    os.umask(umask)
+    for name in names.values():
+        (folder / name).chmod(0o666 & ~umask)
 
 
 def print_summary(summary: dict[str, Any]) -> None:
@@ -210,16 +220,18 @@ def print_summary(summary: dict[str, Any]) -> None:
         page.print(_holds(summary["holds"]))
     if summary["efforts"]:
         page.print(_efforts(summary["efforts"]))
+    else:
+        page.print("No joint's effort can be told from what was measured.")
     for kind, title in (("findings", "Found"), ("assumed", "Assumed, not measured")):
         if summary[kind]:
             page.print(f"{title}:")
+            listed = Table.grid(padding=(0, 1))
             for text in summary[kind]:
-                page.print(f"  - {text}")
+                listed.add_row("  -", text)
+            page.print(listed)
     written = summary.get("written")
     if written:
-        page.print(f"Wrote {', '.join(str(name) for name in written.values() if name)}.")
-        if written["picture"] is None:
-            page.print("No picture: it needs matplotlib (pip install 'ergocast[bench]').")
+        page.print(f"Wrote {', '.join(written.values())}.")
 
 
 _BANDS = {
@@ -248,6 +260,7 @@ def _in_short(summary: dict[str, Any]) -> dict[str, Any]:
         lines["markers"] = f"{1e3 * fit['marker_rms_m']:.0f} mm off (rms); worst, mm: {worst}"
     lines["bands"] = f"5 to 95 %, {_BANDS[summary['bands']]}"
     lines |= _feet_in_short(summary)
+    lines["hands"] = _hands_in_short(summary)
     minus = summary["payload"]["plates_minus_model_kg"]
     if minus is not None:
         lines["plates less body"] = f"{minus['p50']:+.2f} kg ({_span(minus)} over time)"
@@ -257,6 +270,18 @@ def _in_short(summary: dict[str, Any]) -> dict[str, Any]:
             f"{_with_sd(low_back, 'moment', 'nm')} N m at {low_back['peak_moment_at_s']:.2f} s"
         )
     return lines
+
+
+def _hands_in_short(summary: dict[str, Any]) -> str:
+    """Says what the hands were taken to do, and why there may be no payload."""
+    payload = summary["payload"]
+    if not payload["free_hands"]:
+        why = "" if summary["feet"] else ", as nothing measured the feet"
+        return f"taken to be EMPTY{why}: what they bear is missing in every figure"
+    if payload["known_share"] == 0.0:
+        return f"{_which(payload['free_hands'])} may bear; no payload can be told, see below why"
+    told = f"{_which(payload['free_hands'])} may bear; payload told in {payload['known_share']:.0%}"
+    return told if summary["holds"] else f"{told} of the frames, nowhere long enough for a hold"
 
 
 def _feet_in_short(summary: dict[str, Any]) -> dict[str, Any]:

@@ -44,22 +44,28 @@ def print_json(value: Any) -> None:
     typer.echo(text.encode(errors="backslashreplace").decode())
 
 
-def explain(error: Exception, as_json: bool) -> str | None:
-    """Returns a foreseen error as text (or problem JSON), None for one that is a fault of ours."""
+def problem_of(error: Exception) -> Problem | None:
+    """Returns a foreseen error as a problem, None for one that is a fault of ours."""
     from ergonomics import ErgonomicsError
     from estimation import EstimationError
     from human import HumanError
     from prediction import PredictionError
 
     if isinstance(error, Problem):
-        problem = error
-    elif isinstance(error, HumanError | EstimationError | PredictionError | ErgonomicsError):
-        problem = InvalidRequest(str(error))
-    elif isinstance(error, AppError):
-        problem = InvalidRequest(str(error))
-    elif isinstance(error, OSError) and error.filename:
-        problem = Unreadable(f"{error.filename}: {error.strerror}.")
-    else:
+        return error
+    if isinstance(error, HumanError | EstimationError | PredictionError | ErgonomicsError):
+        return InvalidRequest(str(error))
+    if isinstance(error, AppError):
+        return InvalidRequest(str(error))
+    if isinstance(error, OSError) and error.filename:
+        return Unreadable(f"{error.filename}: {error.strerror}.")
+    return None
+
+
+def explain(error: Exception, as_json: bool) -> str | None:
+    """Returns a foreseen error as text (or problem JSON), None for one that is a fault of ours."""
+    problem = problem_of(error)
+    if problem is None:
         return None
     if as_json:
         return json.dumps(problem.body(), ensure_ascii=False)

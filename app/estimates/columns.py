@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation import Balance, HandState, RunChunk
+from estimation import Balance, FootForces, FootState, HandState, RunChunk
 from human import Motion
 
 Array = NDArray[np.float64]
@@ -17,10 +17,15 @@ Column = tuple[NDArray[np.generic], Mask | None]
 AXES = "xyz"
 SIDES = ("right", "left")
 QUANTILES = ("p05", "p50", "p95")
+#: Flags of a motion's frames that make what follows from them doubtful.
+_DOUBTFUL = ("bridged", "unseen", "gap", "weak_derivative")
+#: A foot's force that nothing measured is told where the balance leaves so little open, N.
+_TOLD_N = 30.0
 
 #: For the file's metadata: what a reader of the columns has to know.
 CONVENTIONS = """SI units in the names: s, m, rad, N, N m (nm), kg; *_sd_* is a standard deviation.
 An empty cell cannot be told from what was measured; it is not zero.
+doubtful: the motion was carried over a gap there, or differentiated across one.
 World axes: z up, x forward, y left. Wrenches act on the person, about the origin of the foot or
 hand they are named after. *_torque_nm: generalized force of a degree of freedom.
 *_effort_*: norm of a joint's moment, quantiles. l5s1_*: pelvis on trunk, axes of the segment above.
@@ -29,24 +34,34 @@ over, about the pelvis."""
 
 
 def columns_of(
-    chunk: RunChunk, motion: Motion, dof_names: Sequence[str], joint_names: Sequence[str]
+    chunk: RunChunk,
+    motion: Motion,
+    feet: FootForces | None,
+    dof_names: Sequence[str],
+    joint_names: Sequence[str],
 ) -> dict[str, Column]:
     """Returns the columns of a chunk by name, in the file's order.
 
     Args:
         chunk: Estimated frames.
         motion: Holds those frames among its own.
+        feet: The wrenches under the feet at the motion's frames, or None.
         dof_names: Of the torques' columns.
         joint_names: Of the efforts' columns.
     """
-    return dict(_columns(chunk, motion, dof_names, joint_names))
+    return dict(_columns(chunk, motion, feet, dof_names, joint_names))
 
 
 def _columns(
-    chunk: RunChunk, motion: Motion, dof_names: Sequence[str], joint_names: Sequence[str]
+    chunk: RunChunk,
+    motion: Motion,
+    feet: FootForces | None,
+    dof_names: Sequence[str],
+    joint_names: Sequence[str],
 ) -> Iterator[tuple[str, Column]]:
     at = np.searchsorted(motion.time_s, chunk.time_s)
     yield "time_s", (chunk.time_s, None)
+    yield "doubtful", (_doubtful(motion)[at], None)
     yield "balance", (_names(chunk.balance, Balance), None)
     for k, side in enumerate(SIDES):
         yield f"{side}_hand_state", (_names(chunk.hand_state[:, k], HandState), None)
@@ -73,11 +88,14 @@ def _columns(
         ("hand", chunk.hand_wrench, chunk.hand_wrench_sd),
     ):
         for k, side in enumerate(SIDES):
-            yield from _vector(f"{side}_{part}_force", "n", wrench[:, k, :3], None)
-            yield from _vector(f"{side}_{part}_moment", "nm", wrench[:, k, 3:], None)
+            told = chunk.hand_kg_known[:, k]
+            if part == "foot":
+                told = _foot_told(chunk, feet, k, at)
+            yield from _vector(f"{side}_{part}_force", "n", wrench[:, k, :3], told)
+            yield from _vector(f"{side}_{part}_moment", "nm", wrench[:, k, 3:], told)
             if sd is not None:
-                yield from _vector(f"{side}_{part}_force_sd", "n", sd[:, k, :3], None)
-                yield from _vector(f"{side}_{part}_moment_sd", "nm", sd[:, k, 3:], None)
+                yield from _vector(f"{side}_{part}_force_sd", "n", sd[:, k, :3], told)
+                yield from _vector(f"{side}_{part}_moment_sd", "nm", sd[:, k, 3:], told)
     yield from _vector("residual_force", "n", chunk.residual_n, None)
     yield from _vector("residual_moment", "nm", chunk.residual_nm, None)
     for k, dof in enumerate(dof_names):
@@ -89,6 +107,26 @@ def _columns(
         yield f"pelvis_orientation_{axis}", (motion.q[at, 3 + k], None)
     for k, dof in enumerate(motion.model_dof_names):
         yield f"{dof}_angle_rad", (motion.q[at, 7 + k], None)
+
+
+def _doubtful(motion: Motion) -> Mask:
+    """Returns the frames in which the motion was carried over a gap, or differentiated across."""
+    out = np.zeros(len(motion), dtype=np.bool_)
+    for name in _DOUBTFUL:
+        out |= motion.flags.get(name, False)
+    return out
+
+
+def _foot_told(chunk: RunChunk, feet: FootForces | None, side: int, at: NDArray[np.intp]) -> Mask:
+    """Returns where a foot's wrench was measured, or follows from the balance all the same."""
+    if feet is None:
+        return np.zeros(len(chunk), dtype=np.bool_)
+    state = (feet.right, feet.left)[side].state[at]
+    told = np.isin(state, (FootState.OFF_GROUND, FootState.MEASURED))
+    if chunk.foot_wrench_sd is not None:
+        close = np.linalg.norm(chunk.foot_wrench_sd[:, side, :3], axis=-1) <= _TOLD_N
+        told |= close & np.isin(state, (FootState.UNMEASURED, FootState.SATURATED))
+    return told
 
 
 def _vector(

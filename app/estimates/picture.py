@@ -1,4 +1,4 @@
-"""An estimate at a glance, as one picture. Needs matplotlib: ``pip install ergocast[bench]``."""
+"""An estimate at a glance, as one picture."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,9 +24,6 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
         series_path: The time series.
         summary: Of the same estimate.
         out: The picture to write, PNG or PDF by its name.
-
-    Raises:
-        ImportError: matplotlib is not installed.
     """
     # Neither a display nor pyplot's global state is needed, nor half a second at every start.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -43,6 +40,7 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
 
     payload = [series[f"payload_{q}_kg"][some] for q in ("p05", "p50", "p95")]
     _band(axes[0], t, payload, _COLOURS[0], "both hands together")
+    _hatch(axes[0], t, ~np.isfinite(payload[1]))
     for hold in summary["holds"]:
         if hold["state"] == "loaded":
             middle = hold["mass_kg"]["p50"]
@@ -53,10 +51,13 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
             )  # fmt: skip
     axes[0].set_ylabel("payload [kg]")
 
+    unknown = np.ones(len(t), dtype=np.bool_)
     for colour, effort in zip(_COLOURS, summary["efforts"][:_JOINTS], strict=False):
         name = effort["joint"]
         values = [series[f"{name}_effort_{q}_nm"][some] for q in ("p05", "p50", "p95")]
         _band(axes[1], t, values, colour, name.removeprefix("j"))
+        unknown &= ~np.isfinite(values[1])
+    _hatch(axes[1], t, unknown)
     axes[1].set_ylabel("joint effort [N m]")
 
     force = np.linalg.norm(series.vectors("l5s1_force", "n")[some], axis=-1)
@@ -69,19 +70,25 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
     axes[2].legend(*_both_legends(axes[2], right), fontsize=8, loc="upper right")
     _hatch(axes[2], t, ~np.isfinite(force))
 
-    balance = series.words("balance")[some]
     for colour, side in zip(_COLOURS, ("right", "left"), strict=False):
         axes[3].plot(
             t, series[f"{side}_foot_force_z_n"][some], color=colour, lw=1, label=f"{side} foot"
         )
     axes[3].set_ylabel("vertical force [N]")
     axes[3].set_xlabel("time [s]")
-    _hatch(axes[3], t, balance == "unknown")
+    feet = [series[f"{side}_foot_force_z_n"][some] for side in ("right", "left")]
+    _hatch(axes[3], t, ~np.isfinite(feet[0]) & ~np.isfinite(feet[1]))
     for ax in (axes[0], axes[1], axes[3]):
         if ax.get_legend_handles_labels()[0]:
             ax.legend(fontsize=8, loc="upper right")
     for ax in axes:
         ax.grid(alpha=0.3)
+        lines = [line.get_ydata() for line in (*ax.lines, *(right.lines if ax is axes[2] else ()))]
+        if not any(np.any(np.isfinite(values)) for values in lines):
+            ax.set_yticks([])
+            if ax is axes[2]:
+                right.set_yticks([])
+            ax.text(0.5, 0.5, "cannot be told", transform=ax.transAxes, ha="center", va="center")
     axes[3].annotate(
         "hatched: cannot be told from what was measured", (1.0, -0.28), xycoords="axes fraction",
         ha="right", fontsize=8,
@@ -101,7 +108,6 @@ def _band(ax: Any, t: Array, quantiles: Sequence[Array], colour: str, name: str)
     low, middle, high = quantiles
     ax.fill_between(t, low, high, color=colour, alpha=0.2, lw=0)
     ax.plot(t, middle, color=colour, lw=1, label=name)
-    _hatch(ax, t, ~np.isfinite(middle))
 
 
 def _hatch(ax: Any, t: Array, unknown: NDArray[np.bool_]) -> None:

@@ -69,6 +69,8 @@ def _arrow(name: str, values: NDArray[np.generic], known: NDArray[np.bool_] | No
     mask = None if known is None else ~known
     if values.dtype.kind == "U":
         return pa.array(values.tolist(), pa.string())
+    if values.dtype == np.bool_:
+        return pa.array(values)
     # Seven digits are more than any estimate has; an hour of times needs more.
     kind = np.float64 if name == "time_s" else np.float32
     return pa.array(values.astype(kind), mask=mask)

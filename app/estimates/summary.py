@@ -14,6 +14,7 @@ from app.plain import plain
 from estimation import HandState, PayloadHold, RunSummary
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _DIGITS = 3
 #: Texts that differ in their times alone, at most.
 _MOST_ALIKE = 6
@@ -31,13 +32,15 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
     series = Series(path)
     time_s = series["time_s"]
     balance = series.words("balance")
+    # The greatest of all is no place for frames that were carried over a gap.
+    firm = series["doubtful"] == 0.0
     summary = {
         "duration_s": _round(time_s[-1] - time_s[0]),
         "frames": run.frames,
         "rate_hz": body.rate_hz,
         "left_out": dict(run.left_out),
         "bands": run.bands,
-        "payload": _payload(series, time_s, run),
+        "payload": _payload(series, time_s, firm, run),
         "holds": [_hold(hold) for hold in run.holds],
         "hands": _stretches(
             time_s,
@@ -53,8 +56,8 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
             },
             "stretches": _stretches(time_s, {"state": balance}),
         },
-        "efforts": _efforts(series, time_s, run),
-        "low_back": _low_back(series, time_s),
+        "efforts": _efforts(series, time_s, firm, run),
+        "low_back": _low_back(series, time_s, firm),
         "feet": feet.record(),
         "fit": plain(body.fit),
         "assumed": _gathered([*body.notes, *feet.assumed, *run.assumed]),
@@ -64,7 +67,7 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
     return summary
 
 
-def _payload(series: Series, time_s: Array, run: RunSummary) -> dict[str, Any]:
+def _payload(series: Series, time_s: Array, firm: Mask, run: RunSummary) -> dict[str, Any]:
     found: dict[str, Any] = {
         "definition": run.definition,
         "free_hands": list(run.free_hands),
@@ -78,7 +81,7 @@ def _payload(series: Series, time_s: Array, run: RunSummary) -> dict[str, Any]:
     known = np.isfinite(middle)
     found["known_share"] = _round(np.mean(known))
     if np.any(known):
-        k = int(np.nanargmax(middle))
+        k = _greatest(middle, firm)
         low, high = (series[f"payload_{q}_kg"][k] for q in ("p05", "p95"))
         found["max_kg"] = {**_band(low, middle[k], high), "at_s": _round(time_s[k])}
     return found
@@ -105,14 +108,14 @@ def _hold(hold: PayloadHold) -> dict[str, Any]:
     }
 
 
-def _efforts(series: Series, time_s: Array, run: RunSummary) -> list[dict[str, Any]]:
+def _efforts(series: Series, time_s: Array, firm: Mask, run: RunSummary) -> list[dict[str, Any]]:
     found = []
     for joint in run.joint_names:
         middle = series[f"{joint}_effort_p50_nm"]
         known = np.isfinite(middle)
         if not np.any(known):
             continue
-        k = int(np.nanargmax(middle))
+        k = _greatest(middle, firm)
         low, high = (series[f"{joint}_effort_{q}_nm"][k] for q in ("p05", "p95"))
         found.append(
             {
@@ -127,7 +130,7 @@ def _efforts(series: Series, time_s: Array, run: RunSummary) -> list[dict[str, A
     return sorted(found, key=lambda one: -one["peak_nm"]["p50"])
 
 
-def _low_back(series: Series, time_s: Array) -> dict[str, Any] | None:
+def _low_back(series: Series, time_s: Array, firm: Mask) -> dict[str, Any] | None:
     """Returns the greatest force and moment at L5S1; None where it was never known."""
     found: dict[str, Any] = {}
     for quantity, unit in (("force", "n"), ("moment", "nm")):
@@ -136,7 +139,7 @@ def _low_back(series: Series, time_s: Array) -> dict[str, Any] | None:
         known = np.isfinite(size)
         if not np.any(known):
             return None
-        k = int(np.nanargmax(size))
+        k = _greatest(size, firm)
         sd = None
         if f"l5s1_{quantity}_sd_x_{unit}" in series.names:
             spread = series.vectors(f"l5s1_{quantity}_sd", unit)[k]
@@ -148,6 +151,12 @@ def _low_back(series: Series, time_s: Array) -> dict[str, Any] | None:
         found[f"median_{quantity}_{unit}"] = _round(np.median(size[known]))
     found["known_share"] = _round(np.mean(known))
     return found
+
+
+def _greatest(values: Array, firm: Mask) -> int:
+    """Returns where the greatest known value is, on firm frames where there are any."""
+    sure = np.where(firm, values, np.nan)
+    return int(np.nanargmax(sure if np.any(np.isfinite(sure)) else values))
 
 
 def _stretches(time_s: Array, words: dict[str, NDArray[np.str_]]) -> list[dict[str, Any]]:

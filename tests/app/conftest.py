@@ -27,6 +27,7 @@ from prediction import (
     save_model,
     train_operator,
 )
+from tests.app.estimates.lifting import Lifting, write_lifting
 
 BASE_URL = "http://127.0.0.1:8000"
 
@@ -138,6 +139,12 @@ def bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("recording") / "box.bvh"
     write_bvh(file, scene.model, motion)
     return file
+
+
+@pytest.fixture(scope="session")
+def lifting(tmp_path_factory: pytest.TempPathFactory) -> Lifting:
+    """A lift in a simulated laboratory: the files and the truth."""
+    return write_lifting(tmp_path_factory.mktemp("laboratory"))
 
 
 def upload(api: TestClient, file: Path) -> str:

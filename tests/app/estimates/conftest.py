@@ -1,4 +1,4 @@
-"""A lift in a simulated laboratory, and what the command line makes of it; once a session."""
+"""What the command line makes of the simulated lift; once a session."""
 
 import json
 from pathlib import Path
@@ -7,15 +7,9 @@ from typing import Any
 import pytest
 
 from tests.app.cli.running import run
-from tests.app.estimates.lifting import Lifting, write_lifting
+from tests.app.estimates.lifting import Lifting
 
 PERSON = ["--height", 1.75, "--mass", 72, "--sex", "male"]
-
-
-@pytest.fixture(scope="session")
-def lifting(tmp_path_factory: pytest.TempPathFactory) -> Lifting:
-    """The files and the truth."""
-    return write_lifting(tmp_path_factory.mktemp("laboratory"))
 
 
 @pytest.fixture(scope="session")

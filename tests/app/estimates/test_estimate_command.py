@@ -58,10 +58,13 @@ def test_torques_are_those_of_the_truth_within_their_bands(
         sds.append(series[f"{name}_torque_sd_nm"][calm])
     error, sd = np.array(errors), np.array(sds)
     known = np.isfinite(error)
-    # With both hands on a box nobody knows what either arm bears; all else is known but the toes.
+    # With both hands on a box nobody knows what either arm bears; the toes have no markers.
     arms = [any(word in name for word in ("Shoulder", "Elbow", "Wrist")) for name in names]
     rest = known[~np.array(arms) & ["BallFoot" not in name for name in names]]
-    assert rest.all() and known[arms][:, inside(time_s[calm], EMPTY_S)].all()
+    empty = inside(time_s[calm], EMPTY_S)
+    assert rest[:, empty].all() and known[arms][:, empty].all()
+    legs = [any(word in name for word in ("Hip", "Knee", "Ankle")) for name in names]
+    assert known[legs].all()
     assert np.sqrt(np.mean(error[known] ** 2)) < 1.0
     # With errors of the body model in the bands, nearly all of the truth lies inside.
     assert np.mean(np.abs(error[known]) < 2.0 * sd[known]) > 0.9
@@ -100,6 +103,9 @@ def test_without_forces_arms_are_known_and_legs_and_payload_are_not(
     assert (summary["feet"], summary["holds"], summary["payload"]["max_kg"]) == (None, [], None)
     assert summary["balance"]["share"] == {"unknown": 1.0}
     assert any("no foot forces" in text for text in summary["findings"])
+    # What nothing measured is no number: neither the feet's share of the weight nor the hands'.
+    series = Series(tmp_path / "lift.trc.estimate" / "series.parquet")
+    assert np.all(np.isnan(series["right_foot_force_z_n"]))
 
 
 def test_people_read_the_same(estimated: Estimated, lifting: Lifting, capsys: Capture) -> None:
@@ -166,3 +172,16 @@ def test_ctrl_c_says_so_and_leaves_nothing(
     assert "nothing half-written" in capsys.readouterr().err
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and "part" in path.name]
     assert not list(tmp_path.rglob("summary.json"))
+
+
+def test_one_bad_recording_does_not_cost_the_others_theirs(
+    lifting: Lifting, tmp_path: Path, capsys: Capture
+) -> None:
+    bad = tmp_path / "bad.trc"
+    bad.write_text("PathFileType\t4\n")
+    options = [*PERSON, "--bands", "noise", "--json"]
+    assert run("estimate", bad, lifting.motion, *options) == 2
+    captured = capsys.readouterr()
+    first, second = json.loads(captured.out)
+    assert first["problem"]["type"] == "/problems/unreadable-file" and "bad.trc" in captured.err
+    assert second["source"] == "lift.trc" and second["frames"] > 300

@@ -1,0 +1,27 @@
+"""A body in motion from markers: what training and scoring work on."""
+
+import numpy as np
+
+from app.fitting import body_in_motion
+from app.takes import takes_of
+from app.training import motions_of
+from tests.app.estimates.lifting import PERSON, Lifting
+
+
+def test_motions_to_train_on_come_from_markers(lifting: Lifting) -> None:
+    takes = takes_of([f"static:{lifting.static}", str(lifting.motion)])
+    model, (motion,), notes = motions_of(takes, PERSON)
+    true = lifting.truth.motion
+    elbow = model.dof_names.index("jRightElbow_rotz")
+    error = motion.joint_angles[:, elbow] - true.joint_angles[:, elbow]
+    assert np.max(np.abs(error)) < np.deg2rad(5.0)
+    assert all(note.startswith("lift.trc: ") for note in notes)
+
+
+def test_windows_are_the_whole(lifting: Lifting) -> None:
+    (take,) = takes_of([str(lifting.motion)])
+    whole = body_in_motion(take, PERSON).whole()
+    parts = list(body_in_motion(take, PERSON, window_s=2.0).windows())
+    assert len(parts) > 2
+    np.testing.assert_allclose(np.concatenate([one.q for one in parts]), whole.q, atol=1e-8)
+    np.testing.assert_allclose(np.concatenate([one.a for one in parts]), whole.a, atol=1e-5)
