@@ -11,6 +11,8 @@ from estimation.errors import CovarianceError
 
 #: Beyond this, a force that is free beside a moment that is not costs its variance too many digits.
 LARGEST_FREE_VARIANCE = 1e6
+#: The same where force and moment are both free.
+LARGEST_WHOLLY_FREE_VARIANCE = 1e8
 INFINITE = float("inf")
 
 

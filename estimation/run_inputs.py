@@ -11,7 +11,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation.covariances import LARGEST_FREE_VARIANCE, ModelCovariances
+from estimation.covariances import (
+    LARGEST_FREE_VARIANCE,
+    LARGEST_WHOLLY_FREE_VARIANCE,
+    ModelCovariances,
+)
 from estimation.errors import MeasurementError, MissingMeasurementError
 from estimation.sensors import (
     Accelerometer,
@@ -109,12 +113,9 @@ def completed(
     """
     out, assumed = [], []
     for sensor in measurements:
-        if isinstance(sensor, FreeWrench) and _mixed(sensor):
-            sensor = replace(sensor, force_sd=LARGEST_FREE_VARIANCE**0.5)
-            assumed.append(
-                f"{describe(sensor)}: force_sd lowered to {sensor.force_sd:.0f} N; beyond it, "
-                "beside a moment that is not free, the force's variance loses its digits"
-            )
+        if isinstance(sensor, FreeWrench):
+            sensor, lowered = _bounded(sensor)
+            assumed.extend(lowered)
         out.append(sensor)
     has_joints = any(isinstance(sensor, JointAcceleration) for sensor in measurements)
     if not has_joints and not np.isfinite(covariances.joint_acceleration_prior):
@@ -147,9 +148,20 @@ def completed(
     return out, assumed
 
 
-def _mixed(sensor: FreeWrench) -> bool:
-    free = sensor.force_sd**2
-    return free > LARGEST_FREE_VARIANCE and sensor.moment_sd**2 < 1e-2 * free
+def _bounded(sensor: FreeWrench) -> tuple[FreeWrench, list[str]]:
+    """Lowers what is freer than double precision carries, and says so; the answer is the same."""
+    mixed = sensor.moment_sd**2 < 1e-2 * sensor.force_sd**2
+    most = LARGEST_FREE_VARIANCE if mixed else LARGEST_WHOLLY_FREE_VARIANCE
+    limits = {"force_sd": (most**0.5, "N"), "moment_sd": (LARGEST_WHOLLY_FREE_VARIANCE**0.5, "N m")}
+    lowered = []
+    for name, (limit, unit) in limits.items():
+        if getattr(sensor, name) > limit:
+            sensor = replace(sensor, **{name: limit})
+            lowered.append(
+                f"{describe(sensor)}: {name} lowered to {limit:.0f} {unit}; beyond it the bands "
+                "of other wrenches lose their digits"
+            )
+    return sensor, lowered
 
 
 def force_sensors(measurements: Sequence[Measurement]) -> tuple[str, ...]:

@@ -356,13 +356,22 @@ def test_a_force_too_free_for_double_precision_is_bounded_and_said_to_be(tree, s
     assert "force_sd lowered to 1000 N" in found.assumed[0]
     assert np.all(np.isfinite(found.torque_sd))
     assert rms(found.torque - scene.torque) < 0.05
+    # Wholly free, the other hand takes the load's place, and nothing else changes.
+    bound, wild = (
+        run(tree, scene, [*scene.sensors, FreeWrench("LeftHandCOM", sd, sd)]) for sd in (1e4, 1e9)
+    )
+    assert [line.split(";")[0] for line in wild.assumed] == [
+        "FreeWrench on LeftHandCOM: force_sd lowered to 10000 N",
+        "FreeWrench on LeftHandCOM: moment_sd lowered to 10000 N m",
+    ]
+    np.testing.assert_array_equal(wild.torque_sd, bound.torque_sd)
 
 
 @pytest.mark.parametrize(
     ("sensor", "error", "message"),
     [
         (FreeWrench("Tail"), UnknownLinkError, "Tail"),
-        (FreeWrench("LeftHandCOM", 1e9, 1e9), CovarianceError, "at most"),
+        (ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1e20), CovarianceError, "at most"),
         (FreeWrench("LeftHandCOM", 1.0, 0.0), CovarianceError, "positive"),
         (ForceTorque("LeftHandCOM", np.zeros((40, 6)), 1e-20), CovarianceError, "at least"),
         (ForceTorque("LeftHandCOM", np.zeros((40, 6)), np.nan), CovarianceError, "finite"),
