@@ -5,6 +5,7 @@ fitted whole. Every eighth frame is found from its markers alone; those between 
 neighbours.
 """
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -25,7 +26,8 @@ from human.markers.ik_priors import (
 from human.markers.ik_solve import MarkerProblem, Solved, solve, spreads
 from human.markers.ik_start import start_poses
 from human.markers.ik_system import MarkerSystem
-from human.markers.marker_set import plain_name
+from human.markers.marker_set import plain_name, wearer
+from human.markers.recognise import LEAST_LANDMARKS
 from human.model import BASE_NQ, BASE_NV, Array, IntArray
 
 Flags = NDArray[np.bool_]
@@ -172,10 +174,24 @@ def plan_fit(body: MarkerBody, recording: MarkerRecording, most_residual_m: floa
 def _places(names: tuple[str, ...], recording: MarkerRecording) -> list[int | None]:
     """Returns where a recording has each marker, if it ever shows it.
 
-    The same marker may bear another subject's prefix in another file.
+    The same marker may bear another subject's prefix in another file; one subject's, not several.
+
+    Raises:
+        MarkerFitError: several subjects wear the markers, and none by the name they have here.
     """
     exact = {name: k for k, name in enumerate(recording.marker_names)}
-    plain = {plain_name(name): k for k, name in enumerate(recording.marker_names)}
+    known = {wearer(name) for name in names if name in exact}
+    wanted = {plain_name(name) for name in names}
+    worn = Counter(wearer(name) for name in exact if plain_name(name) in wanted)
+    persons = [prefix for prefix, count in worn.items() if count >= LEAST_LANDMARKS]
+    if not known and len(persons) > 1:
+        raise MarkerFitError(
+            recording.source,
+            f"expected one person's, got those of {', '.join(map(repr, persons))}; use a static "
+            "trial in which the person has the same name, or leave the others out of the file.",
+        )
+    mine = known or {prefix for prefix, _ in worn.most_common(1)} | {""}
+    plain = {plain_name(name): k for name, k in exact.items() if wearer(name) in mine}
     ever = np.any(recording.valid, axis=0)
     found = [exact.get(name, plain.get(plain_name(name))) for name in names]
     return [place if place is not None and ever[place] else None for place in found]

@@ -142,6 +142,11 @@ class MarkerSet:
         return any(fnmatch.fnmatchcase(bare, pattern.upper()) for pattern in self.not_markers)
 
 
+def wearer(label: str) -> str:
+    """Returns the prefix of a marker's name that says whose it is, empty if there is none."""
+    return label.rpartition(":")[0]
+
+
 @lru_cache(maxsize=4096)
 def plain_name(label: str) -> str:
     """Returns a marker's name without prefix, capitals, marks and the suffixes of video tools."""

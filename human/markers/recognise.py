@@ -7,11 +7,11 @@ from functools import cache
 from importlib.resources import files
 
 from human.markers.errors import MarkerSetError, UnknownMarkerSetError
-from human.markers.marker_set import MarkerPlace, MarkerSet, marker_set_from_dict
+from human.markers.marker_set import MarkerPlace, MarkerSet, marker_set_from_dict, wearer
 
 #: Share of a file's markers that a set must name, and least number of bony points among them.
 LEAST_SHARE = 0.5
-_LEAST_LANDMARKS = 6
+LEAST_LANDMARKS = 6
 
 
 @cache
@@ -47,6 +47,8 @@ class RecognisedMarkers:
         missing: the set's bony points that the recording does not have, as marker names.
         unknown: the recording's markers that the set does not name; they are left out.
         results: names in the recording that are no markers but computed by other software.
+        others: wearers of further markers of the set, by the prefixes of their names, who show
+            enough of it to be persons, too.
     """
 
     marker_set: MarkerSet
@@ -54,6 +56,7 @@ class RecognisedMarkers:
     missing: tuple[str, ...]
     unknown: tuple[str, ...]
     results: tuple[str, ...]
+    others: tuple[str, ...] = ()
 
     @property
     def share(self) -> float:
@@ -72,13 +75,25 @@ class RecognisedMarkers:
 
 
 def match_markers(names: Sequence[str], marker_set: MarkerSet) -> RecognisedMarkers:
-    """Matches a recording's marker names with one set, whatever the share."""
+    """Matches a recording's marker names with one set, whatever the share.
+
+    Of several wearers, told by the prefixes of the names, the one who shows most is taken, the
+    first of equals; nobody is given the markers of another.
+    """
+    found = {name: marker_set.find(name) for name in names}
+    worn: dict[str, set[str]] = {}
+    for name, place in found.items():
+        if place is not None:
+            worn.setdefault(wearer(name), set()).add(place.name)
+    who = max(worn, key=lambda prefix: len(worn[prefix]), default="")
     place_of: dict[str, MarkerPlace] = {}
     taken: set[str] = set()
     unknown, results = [], []
-    for name in names:
-        place = marker_set.find(name)
-        if place is not None and place.name not in taken:
+    # Names without a prefix may be of anybody, so those with one come first.
+    for name in sorted(names, key=lambda name: wearer(name) != who):
+        place = found[name]
+        mine = wearer(name) in (who, "")
+        if place is not None and mine and place.name not in taken:
             place_of[name] = place
             taken.add(place.name)
         elif place is None and marker_set.is_result(name):
@@ -88,7 +103,10 @@ def match_markers(names: Sequence[str], marker_set: MarkerSet) -> RecognisedMark
     missing = tuple(
         p.name for p in marker_set.places if p.role and p.tracked and p.name not in taken
     )
-    return RecognisedMarkers(marker_set, place_of, missing, tuple(unknown), tuple(results))
+    others = tuple(
+        prefix for prefix, shown in worn.items() if prefix != who and len(shown) >= LEAST_LANDMARKS
+    )
+    return RecognisedMarkers(marker_set, place_of, missing, tuple(unknown), tuple(results), others)
 
 
 def recognise_marker_set(names: Sequence[str]) -> RecognisedMarkers:
@@ -104,7 +122,7 @@ def recognise_marker_set(names: Sequence[str]) -> RecognisedMarkers:
         (match_markers(names, marker_set) for marker_set in known_marker_sets()),
         key=lambda match: (len(match.place_of), match.share, len(match.landmarks)),
     )
-    if best.share < LEAST_SHARE or len(best.landmarks) < _LEAST_LANDMARKS:
+    if best.share < LEAST_SHARE or len(best.landmarks) < LEAST_LANDMARKS:
         raise UnknownMarkerSetError(
             names,
             best.marker_set.name,

@@ -9,7 +9,7 @@ from human.marker_recording import MarkerRecording
 from human.markers.body import MarkerBody
 from human.markers.errors import MarkerBodyError, MarkersRefusedError, MissingLandmarksError
 from human.markers.landmarks import Landmarks, frames_with, in_axes, median
-from human.markers.marker_set import MarkerSet
+from human.markers.marker_set import MarkerSet, wearer
 from human.markers.plausible import (
     length_findings,
     mass_findings,
@@ -48,7 +48,7 @@ def body_from_static(
         subject: the person; masses come from here.
         marker_set: what the markers are; recognised by their names if not given.
         accept: codes of findings to go on in spite of: ``units``, ``up``, ``sides``, ``height``,
-            ``length``.
+            ``length``, ``persons``.
         supported_mass_kg: what force plates carry of the person standing, to compare.
 
     Returns:
@@ -68,7 +68,7 @@ def body_from_static(
     source = recording.source
     frames = _frames(recording, matched)
     landmarks = Landmarks(recording, matched, frames)
-    findings = unit_findings(landmarks, source)
+    findings = [*_person_findings(matched, source), *unit_findings(landmarks, source)]
     _refuse(findings, accept, source)
     skeleton = measure_skeleton(landmarks, subject, matched.marker_set.pelvis_dip_deg)
     if "Pelvis" not in skeleton.axes:
@@ -123,6 +123,17 @@ def _frames(recording: MarkerRecording, matched: RecognisedMarkers) -> IntArray:
         if len(frames):
             return frames
     raise MissingLandmarksError(recording.source, "the pelvis", missing or needed)
+
+
+def _person_findings(matched: RecognisedMarkers, source: str) -> list[Finding]:
+    if not matched.others:
+        return []
+    taken = wearer(next(iter(matched.place_of)))
+    text = (
+        f"Markers of several persons: {', '.join(map(repr, [taken, *matched.others]))}; those of "
+        f"{taken!r} are taken. Leave the others out of the file to measure one of them."
+    )
+    return [Finding("persons", "error", source, text)]
 
 
 def _refuse(findings: list[Finding], accept: Collection[str], source: str) -> None:

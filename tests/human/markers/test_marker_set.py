@@ -13,6 +13,7 @@ from human.markers import (
     known_marker_set,
     known_marker_sets,
     marker_set_from_dict,
+    match_markers,
     recognise_marker_set,
 )
 from human.names import mirrored
@@ -81,6 +82,17 @@ def test_what_other_software_computed_is_no_marker() -> None:
 def test_a_second_marker_of_the_same_name_is_left_out() -> None:
     names = [f"A:{n}" for n in "LASI RASI LPSI RPSI LKNE RKNE".split()]
     assert recognise_marker_set([*names, "B:LASI"]).unknown == ("B:LASI",)
+
+
+def test_nobody_is_given_the_markers_of_another() -> None:
+    names = "LASI RASI LPSI RPSI LKNE RKNE LANK".split()
+    both = [f"A:{n}" for n in names[:6]] + [f"B:{n}" for n in names]
+    found = match_markers(both, known_marker_set("cgm"))
+    assert set(found.place_of) == {f"B:{n}" for n in names}
+    assert found.others == ("A",)
+    # A name without a prefix may be anybody's.
+    alone = match_markers([*both[:6], "LANK"], known_marker_set("cgm"))
+    assert "LANK" in alone.place_of and not alone.others
 
 
 @pytest.mark.parametrize("names", [[], ["M001", "M002", "M003"], ["LASI", "RASI", "LPSI", "RPSI"]])

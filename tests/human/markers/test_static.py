@@ -11,10 +11,12 @@ from human.marker_recording import MarkerRecording
 from human.markers import (
     MarkerBody,
     MarkerBodyError,
+    MarkerFitError,
     MarkerSet,
     MarkersRefusedError,
     MissingLandmarksError,
     body_from_static,
+    fit_markers,
     known_marker_sets,
 )
 from human.markers.pelvis_chest import harrington_hip
@@ -204,6 +206,41 @@ def test_exchanged_sides_are_refused(parts: tuple[str, ...], said: str) -> None:
     with pytest.raises(MarkersRefusedError, match=said) as error:
         body_from_static(crossed, SUBJECT)
     assert {f.code for f in error.value.findings} == {"sides"}
+
+
+def together(first: MarkerRecording, second: MarkerRecording) -> MarkerRecording:
+    """Two persons in one file, each with their name before their markers'."""
+    return changed(
+        first,
+        marker_names=(
+            *(f"Anna:{name}" for name in first.marker_names),
+            *(f"Ben:{name}" for name in second.marker_names),
+        ),
+        position=np.concatenate(
+            [first.position, second.position + np.array([0.8, 0.5, 0.0])], axis=1
+        ),
+        valid=np.concatenate([first.valid, second.valid], axis=1),
+    )
+
+
+def test_two_persons_in_one_file_are_not_mixed() -> None:
+    model = unlike_the_tables()
+    alone = recorded(wear_markers(model, "cgm"), standing(model))
+    fewer = changed(
+        alone,
+        marker_names=alone.marker_names[1:],
+        position=alone.position[:, 1:],
+        valid=alone.valid[:, 1:],
+    )
+    both = together(fewer, alone)
+    with pytest.raises(MarkersRefusedError, match="several persons: 'Ben', 'Anna'"):
+        body_from_static(both, SUBJECT)
+    body = body_from_static(both, SUBJECT, accept=("persons",))
+    assert all(name.startswith("Ben:") for name in body.marker_names)
+    assert abs(fit_markers(body, both).motion.q[0, 1] - 0.5) < 0.05
+    # Of a person with another name nobody can tell which of the two it is.
+    with pytest.raises(MarkerFitError, match="'Anna', 'Ben'"):
+        fit_markers(body_from_static(alone, SUBJECT), both)
 
 
 def test_an_inner_marker_taken_for_an_outer_one_is_refused() -> None:
