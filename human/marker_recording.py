@@ -60,7 +60,7 @@ class PlateForces:
         report: conversions and findings.
 
     Raises:
-        RecordingError: the arrays do not fit each other or are not finite.
+        RecordingError: arrays do not fit each other or are not finite, or times do not increase.
     """
 
     time_s: Array
@@ -71,6 +71,7 @@ class PlateForces:
 
     def __post_init__(self) -> None:
         """Checks the shapes and that everything is finite."""
+        _check_times(self.time_s, "plates")
         expected = (len(self.time_s), len(self.plates), 3)
         for name in ("force", "moment"):
             array = getattr(self, name)
@@ -137,7 +138,7 @@ class MarkerRecording:
         digest: SHA-256 of the file.
 
     Raises:
-        RecordingError: the arrays do not fit each other or are not finite.
+        RecordingError: arrays do not fit each other or are not finite, or times do not increase.
     """
 
     source: str
@@ -155,6 +156,7 @@ class MarkerRecording:
 
     def __post_init__(self) -> None:
         """Checks the shapes and that no position is NaN."""
+        _check_times(self.time_s, f"{self.source}, markers")
         expected = (len(self.time_s), len(self.marker_names))
         if self.position.shape != (*expected, 3) or self.valid.shape != expected:
             raise RecordingError(
@@ -182,3 +184,13 @@ class MarkerRecording:
         """Returns the number of unseen frames of each marker that has any."""
         counts = np.sum(~self.valid, axis=0)
         return {n: int(c) for n, c in zip(self.marker_names, counts, strict=True) if c}
+
+
+def _check_times(time_s: Array, place: str) -> None:
+    bad = np.flatnonzero(~(np.diff(time_s) > 0.0))
+    if len(bad):
+        k = int(bad[0]) + 1
+        raise RecordingError(
+            f"{place}, sample {k}: expected times that increase, got {time_s[k]:g} s after "
+            f"{time_s[k - 1]:g} s."
+        )
