@@ -142,6 +142,8 @@ def _keep(code: bytes) -> tuple[Path | None, str]:
             with tempfile.NamedTemporaryFile(dir=folder, delete=False) as file:
                 file.write(hashlib.sha256(code).digest() + code)
             path = folder / _file_name()
+            # Made by one user, such as at installation, it serves all.
+            os.chmod(file.name, 0o644)
             os.replace(file.name, path)
         except OSError as error:
             problem = problem or str(error)
