@@ -23,8 +23,8 @@ from human.model import BASE_NQ, Array, HumanModel, IntArray
 from human.motion import UNSEEN, Motion, Provenance
 from human.pairwise_ik import NEAR_SINGULAR_RAD
 
-#: Default differentiating window, s: accelerations are within a tenth of those behind the low-pass of
-#: 6 Hz usual for gait (Butterworth of second order, forwards and back).
+#: Default differentiating window, s: accelerations are within a tenth of those behind the low-pass
+#: of 6 Hz usual for gait (Butterworth of second order, forwards and back).
 MARKER_WINDOW_S = 0.12
 #: Longest gap that is carried over, s.
 LONGEST_GAP_S = 0.25
