@@ -167,7 +167,8 @@ class RecordingRun:
         if self._hands is None:
             self._start(motion, feet)
         self._last_s = float(motion.time_s[-1])
-        known = foot_frames(feet, len(motion), self.tree.mass_kg)
+        tare_kg = 0.0 if self.tare is None else self.tare.error_kg
+        known = foot_frames(feet, len(motion), self.tree.mass_kg, tare_kg)
         mark_feet(self._findings, feet, motion.time_s, known)
         kept = self._kept(motion, imus)
         for joint, where in near_singular(self.tree, motion.q).items():
@@ -220,7 +221,7 @@ class RecordingRun:
             settings_in_words(settings, self._hands, self.tare, self._model.total_mass_kg)
         )
         if self.tare is not None:
-            self._weigh(self.tare.error_kg)
+            self._weigh(self.tare.error_kg, self._model.total_mass_kg)
         if settings.model_errors is not None and settings.method == "one_step":
             self._draws = draw_models(
                 self.tree,
@@ -381,7 +382,7 @@ class RecordingRun:
         if len(gaps):
             low, middle, high = np.quantile(gaps, (0.05, 0.5, 0.95)).tolist()
             gap = (low, middle, high)
-            self._weigh(middle)
+            self._weigh(middle, self.tree.mass_kg)
         names = [self.tree.joint_names[joint] for joint in self._turning]
         return RunSummary(
             dof_names=self.tree.dof_names,
@@ -400,9 +401,9 @@ class RecordingRun:
             findings=self._findings.texts(),
         )
 
-    def _weigh(self, gap_kg: float) -> None:
+    def _weigh(self, gap_kg: float, body_kg: float) -> None:
         """Says so where the plates bear more or less than the body, beyond what may be a load."""
-        text = mass_in_words(gap_kg, self.tree.mass_kg)
+        text = mass_in_words(gap_kg, body_kg)
         if text and (gap_kg < 0.0 or not self._hands or self._frames == 0):
             self._findings.note(text)
 

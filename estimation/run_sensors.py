@@ -45,13 +45,16 @@ class FootFrames:
     mended: BoolArray
 
 
-def foot_frames(feet: FootForces | None, frames: int, body_kg: float) -> FootFrames:
+def foot_frames(
+    feet: FootForces | None, frames: int, body_kg: float, tare_kg: float = 0.0
+) -> FootFrames:
     """Returns which frames' foot forces can be used, by state and by their numbers.
 
     Args:
         feet: at these frames, or None.
         frames: how many.
         body_kg: the person's mass.
+        tare_kg: how much that is above the mass which the foot forces were made with.
     """
     if feet is None:
         nothing = np.zeros((frames, 2), dtype=np.bool_)
@@ -68,7 +71,8 @@ def foot_frames(feet: FootForces | None, frames: int, body_kg: float) -> FootFra
     whole = np.all(usable, axis=1)
     propped = np.zeros(frames, dtype=np.bool_)
     if feet.missing_n is not None:
-        propped = whole & (feet.missing_n > PROPPED_SHARE * body_kg * GRAVITY_MS2)
+        missing_kg = feet.missing_n / GRAVITY_MS2 + tare_kg
+        propped = whole & (missing_kg > PROPPED_SHARE * body_kg)
     balance = np.where(whole & ~propped, balance, int(Balance.UNKNOWN))
     return FootFrames(propped, usable, balance, stated & ~sound)
 

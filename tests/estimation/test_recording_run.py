@@ -308,6 +308,18 @@ def test_a_tare_takes_the_phantom_out_of_the_hands(person, stance):
     assert run.finish().body_mass_kg == summary.body_mass_kg
 
 
+def test_a_tare_tells_a_heavy_model_from_a_chair(person, stance):
+    heavy = generate_model(Subject(1.75, 85.0, "male"))
+    lacking = np.full(len(stance.motion), 15.0 * 9.81)
+    feet = replace(feet_of(stance), missing_n=lacking)
+    seated, _ = estimate_run(heavy, stance.motion, feet, NOISE)
+    assert np.all(seated.balance == Balance.UNKNOWN)
+    settings = replace(NOISE, tare_s=(0.0, float(stance.motion.time_s[-1])))
+    chunk, summary = estimate_run(heavy, stance.motion, feet, settings)
+    assert np.all(chunk.balance == Balance.KNOWN)
+    assert any("15.0 kg less than the body of 85.0 kg" in text for text in summary.findings)
+
+
 def test_a_model_that_is_far_from_the_plates_is_named(person, stance):
     heavy = generate_model(Subject(1.75, 90.0, "male"))
     feet = feet_of(stance)
