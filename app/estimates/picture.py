@@ -81,8 +81,12 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
     for ax in (axes[0], axes[1], axes[3]):
         if ax.get_legend_handles_labels()[0]:
             ax.legend(fontsize=8, loc="upper right")
+    doubtful = series["doubtful"][some] > 0.0
     for ax in axes:
         ax.grid(alpha=0.3)
+        ax.fill_between(
+            t, 0, 1, where=doubtful, transform=ax.get_xaxis_transform(), color="0.9", lw=0, zorder=0
+        )
         lines = [line.get_ydata() for line in (*ax.lines, *(right.lines if ax is axes[2] else ()))]
         if not any(np.any(np.isfinite(values)) for values in lines):
             ax.set_yticks([])
@@ -90,7 +94,7 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
                 right.set_yticks([])
             ax.text(0.5, 0.5, "cannot be told", transform=ax.transAxes, ha="center", va="center")
     axes[3].annotate(
-        "hatched: cannot be told from what was measured", (1.0, -0.28), xycoords="axes fraction",
+        "hatched: cannot be told from what was measured; grey: carried over a gap", (1.0, -0.28), xycoords="axes fraction",
         ha="right", fontsize=8,
     )  # fmt: skip
     figure.savefig(out, dpi=110)
