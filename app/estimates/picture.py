@@ -94,8 +94,8 @@ def draw(series_path: Path, summary: dict[str, Any], out: Path) -> None:
                 right.set_yticks([])
             ax.text(0.5, 0.5, "cannot be told", transform=ax.transAxes, ha="center", va="center")
     axes[3].annotate(
-        "hatched: cannot be told from what was measured; grey: carried over a gap", (1.0, -0.28), xycoords="axes fraction",
-        ha="right", fontsize=8,
+        "hatched: cannot be told from what was measured; grey: carried over a gap", (1.0, -0.28),
+        xycoords="axes fraction", ha="right", fontsize=8,
     )  # fmt: skip
     figure.savefig(out, dpi=110)
 
