@@ -143,6 +143,6 @@ class Estimates(BaseModel):
 class SeriesPart(BaseModel):
     """Some columns over some time; null where a value cannot be told."""
 
-    columns: dict[str, list[float | str | None]]
+    columns: dict[str, list[float | bool | str | None]]
     #: Unit of each column, as its name says.
     units: dict[str, str]
