@@ -48,13 +48,18 @@ def test_checks(checkout: Checkout) -> list[Check]:
 
 
 def programs(checkout: Checkout, folder: str) -> list[Check]:
-    """Returns the programs in a folder of the checkout, named by their place in it."""
+    """Returns the programs in a folder of the checkout, named by their place in it.
+
+    A program says how it is run: ``python -m FOLDER.NAME``. What a Python of another environment
+    runs by path says otherwise.
+    """
     root = checkout.root / folder
-    names = [
-        ".".join(path.relative_to(root).with_suffix("").parts)
-        for path in sorted(root.rglob("*.py"))
-        if "__main__" in path.read_text("utf-8")
-    ]
+    names = []
+    for path in sorted(root.rglob("*.py")):
+        place = path.parent if path.name == "__main__.py" else path.with_suffix("")
+        name = ".".join(place.relative_to(root).parts)
+        if f"python -m {folder}.{name}" in path.read_text("utf-8"):
+            names.append(name)
     python = str(checkout.python)
     return [Check(name, [python, "-m", f"{folder}.{name}"], checkout.root) for name in names]
 

@@ -9,7 +9,7 @@ from estimation.foot_force_record import FootForces, FootState
 from estimation.run_records import SIDES
 from estimation.run_sensors import FootFrames
 from estimation.spatial import Array, BoolArray
-from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
+from estimation.tree import BASE_NQ, EstimationTree
 from human import Motion
 
 #: Nobody turns a joint faster, or is thrown about harder: rad/s, rad/s^2, m/s^2.
@@ -137,8 +137,3 @@ def mark_feet(
         time_s,
         frames.propped,
     )
-
-
-def width_of(tree: EstimationTree) -> tuple[int, int]:
-    """Returns the lengths of a configuration and of a velocity."""
-    return BASE_NQ + tree.n_dof, BASE_NV + tree.n_dof

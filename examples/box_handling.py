@@ -5,7 +5,7 @@ first 70 % train; over the rest the recorded right-hand path is taken as what a 
 The pelvis moves as recorded: that is an input of the comparison, not a prediction. From measured
 starts every half second, two seconds are predicted in closed loop and held against what he did.
 
-    python examples/box_handling.py RECORDINGS/xsens_bvh_box/MotionBox_XSens.bvh
+    python -m examples.box_handling RECORDINGS/xsens_bvh_box/MotionBox_XSens.bvh
 
 ``RECORDINGS`` is any folder that holds the recording; without an argument it is read from the
 environment variable ``ERGOCAST_RECORDINGS``.

@@ -30,13 +30,21 @@ def test_recordings_beside_the_checkout_are_used(checkout: Checkout, tmp_path: P
     assert checks.check_env(inner)["ERGOCAST_RECORDINGS"] == "elsewhere"
 
 
-def test_programs_are_found_by_what_they_hold(checkout: Checkout) -> None:
-    inner = checkout.root / "benchmarks" / "prediction"
+def test_programs_are_found_by_how_they_say_they_are_run(checkout: Checkout) -> None:
+    top = checkout.root / "benchmarks"
+    inner = top / "prediction"
     inner.mkdir(parents=True)
     (inner / "__init__.py").touch()
     (inner / "shared.py").write_text("TABLE = 1\n")
-    for path in (inner / "speed.py", inner.parent / "scoring.py"):
-        path.write_text('if __name__ == "__main__":\n    pass\n')
+    (inner / "by_path.py").write_text(
+        '"""python by_path.py"""\nif __name__ == "__main__":\n    1\n'
+    )
+    for name, path in (
+        ("prediction", inner / "__main__.py"),
+        ("prediction.speed", inner / "speed.py"),
+        ("scoring", top / "scoring.py"),
+    ):
+        path.write_text(f'"""Run ``python -m benchmarks.{name}``."""\n')
     found = checks.programs(checkout, "benchmarks")
-    assert [check.name for check in found] == ["prediction.speed", "scoring"]
-    assert found[0].argv[1:] == ["-m", "benchmarks.prediction.speed"]
+    assert [check.name for check in found] == ["prediction", "prediction.speed", "scoring"]
+    assert found[1].argv[1:] == ["-m", "benchmarks.prediction.speed"]

@@ -1,7 +1,7 @@
 """Runs the papers' experiments: tables as text, one PNG a figure.
 
-``python -m benchmarks.estimation.papers [NAME...] [--out DIR] [--urdf DIR]``. Needs matplotlib
-(``pip install ergocast[bench]``). Exit status 1 if a bar is failed.
+``python -m benchmarks.estimation.papers [NAME...] [--out DIR] [--urdf DIR]``. Exit status 1 if a
+bar is failed.
 """
 
 import argparse
@@ -9,14 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-try:
-    from benchmarks.estimation.papers.catalogue import EXPERIMENTS, Scenes
-except ModuleNotFoundError as error:
-    if error.name != "matplotlib":
-        raise
-    raise SystemExit(
-        "the figures need matplotlib: `pip install ergocast[bench]` in this environment"
-    ) from None
+from benchmarks.estimation.papers.catalogue import EXPERIMENTS, Scenes
 
 
 def main(arguments: list[str] | None = None) -> int:

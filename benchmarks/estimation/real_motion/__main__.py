@@ -1,12 +1,13 @@
 """Real motion: our joint moments against OpenSim's and Vicon's, with pass or fail.
 
-``python -m benchmarks.estimation.real_motion FOLDER [--plots DIR] [--opensim PYTHON]``, FOLDER
-holding ``opencap_subject4`` and ``ktk_walk``. OpenSim runs once in an environment of its own
-(``pip install opensim``) and its answers are kept in the user's cache. Exit status 1 if a bar is
-missed or could not be tried.
+``python -m benchmarks.estimation.real_motion [FOLDER] [--plots DIR] [--opensim PYTHON]``, FOLDER
+(or ``ERGOCAST_RECORDINGS``) holding ``opencap_subject4`` and ``ktk_walk``. OpenSim runs once in an
+environment of its own (``pip install opensim``) and its answers are kept in the user's cache. Exit
+status 1 if a bar is missed or could not be tried.
 """
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -23,10 +24,15 @@ def main(arguments: list[str] | None = None) -> int:
         prog="python -m benchmarks.estimation.real_motion",
         description=(__doc__ or "").splitlines()[0],
     )
-    parser.add_argument("folder", type=Path, help="of recordings")
+    parser.add_argument(
+        "folder", type=Path, nargs="?", default=os.environ.get("ERGOCAST_RECORDINGS"),
+        help="of recordings; ERGOCAST_RECORDINGS if left out",
+    )  # fmt: skip
     parser.add_argument("--plots", type=Path, help="folder for a picture of each trial")
     parser.add_argument("--opensim", metavar="PYTHON", help="a Python that has OpenSim")
     options = parser.parse_args(arguments)
+    if options.folder is None:
+        parser.error("name the folder of recordings, or set ERGOCAST_RECORDINGS to it")
     sys.stdout.write(
         "Flexion moments in N m per kg. zero: RMSE of an estimator that returns zero, to be beaten "
         "by 0.7.\nFrames: those that both know, of all.\n"
