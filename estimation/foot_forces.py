@@ -25,6 +25,7 @@ from estimation.foot_wrenches import sums_of_feet
 from estimation.plate_faults import lost, mended_units, saturated, tared
 from estimation.plate_findings import misplaced_plates, missing_weight, odd_loads
 from estimation.plate_smoothing import resampled, smoothing_width_s
+from estimation.plate_spikes import without_spikes
 from estimation.plate_stances import Standing, loaded_times, stood_on
 from estimation.required_wrench import required_wrench
 from estimation.soles import soles_of
@@ -139,7 +140,7 @@ def feet_from_plates(
 def _put_right(
     plates: PlateForces, standing: Standing, weight_n: float
 ) -> tuple[PlateForces, list[Mask], list[str], list[str]]:
-    """Mends units, signs, zeros and exchanged plates.
+    """Mends units, signs, spikes, zeros and exchanged plates.
 
     Returns:
         The plates; where they are at their limit and where samples were lost, ``(samples, plates)``
@@ -152,8 +153,9 @@ def _put_right(
         return float(np.median(known)) if len(known) else np.inf
 
     plates, assumed, findings = mended_units(plates, weight_n, from_feet)
+    plates, torn, spikes = without_spikes(plates, weight_n)
     # Before zeros are taken off: afterwards a limit is no longer flat.
-    bad = [saturated(plates), lost(plates)]
+    bad = [saturated(plates), lost(plates) | torn]
     frame = np.clip(np.searchsorted(standing.time_s, plates.time_s), 0, len(standing.time_s) - 1)
     over = np.stack(
         [np.any(stood_on(plates, k, standing)[frame], axis=1) for k in range(len(plates.plates))],
@@ -162,4 +164,4 @@ def _put_right(
     plates, zeros, unchecked = tared(plates, weight_n, over)
     plates, channels, exchanged = put_back(plates, standing)
     bad = [mask[:, channels] for mask in bad]
-    return plates, bad, [*assumed, *zeros, *exchanged, *unchecked], findings
+    return plates, bad, [*assumed, *zeros, *exchanged, *unchecked], [*findings, *spikes]

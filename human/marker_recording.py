@@ -18,6 +18,8 @@ Mask = NDArray[np.bool_]
 
 _GRAVITY = 9.81
 _CHECKED_AT_ONCE = 4096
+#: Forces and moments beyond this are no measurement, in whatever unit; their squares overflow.
+_MOST = 1e9
 #: Below this vertical force the point of application is noise divided by noise.
 _LEAST_LOAD_N = 20.0
 
@@ -60,7 +62,8 @@ class PlateForces:
         report: conversions and findings.
 
     Raises:
-        RecordingError: arrays do not fit each other or are not finite, or times do not increase.
+        RecordingError: arrays do not fit each other, are not finite or beyond any unit's reading of
+            what a person does, or times do not increase.
     """
 
     time_s: Array
@@ -79,6 +82,13 @@ class PlateForces:
                 raise RecordingError(
                     f"plates, {name}: expected finite values of shape {expected}, got shape "
                     f"{array.shape} with {int(np.sum(~np.isfinite(array)))} not finite."
+                )
+            if np.any(np.abs(array) > _MOST):
+                k, plate = np.argwhere(np.abs(array) > _MOST)[0, :2].tolist()
+                raise RecordingError(
+                    f"plate {self.plates[plate].name}, {name} at {self.time_s[k]:.2f} s: expected "
+                    f"values of up to {_MOST:g}, got {np.max(np.abs(array[k, plate])):g}. Mend the "
+                    "file, or cut the recording there."
                 )
 
     def centres_of_pressure(self, least_n: float = _LEAST_LOAD_N) -> tuple[Array, Array, Mask]:
