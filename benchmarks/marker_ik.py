@@ -16,7 +16,6 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +23,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from benchmarks.figure import Figure, shown
 from human import Motion, Subject, generate_model
 from human.marker_recording import MarkerRecording
 from human.markers import MarkerBody, body_from_static, fit_markers
@@ -58,35 +58,9 @@ TRIALS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A measured number and its bar."""
-
-    name: str
-    value: float
-    bar: float
-    unit: str
-    least: bool = False
-    note: str = ""
-
-    @property
-    def passed(self) -> bool:
-        """Whether the bar is met."""
-        return self.value >= self.bar if self.least else self.value <= self.bar
-
-
 def main() -> int:
     """Prints one line a figure; returns 1 if one fails."""
-    failed = 0
-    for figure in figures():
-        failed += not figure.passed
-        print(
-            f"{figure.name:42} {figure.value:9.2f} {figure.unit:9} "
-            f"({'at least' if figure.least else 'at most'} {figure.bar:g})  "
-            f"{'pass' if figure.passed else 'FAIL'}  {figure.note}",
-            flush=True,
-        )
-    return 1 if failed else 0
+    return shown(figures())
 
 
 def figures() -> Iterator[Figure]:
@@ -123,14 +97,14 @@ def simulated() -> Iterator[Figure]:
     peer = (time.process_time() - start) / len(frames)
     here = np.isin(fitted.frame, frames)
     note = f"{len(fitted.marker_names)} markers, {recording.frames} frames"
-    yield Figure("walk: frames a second and core", 1.0 / ours, 500.0, "1/s", True, note)
+    yield Figure("walk: frames a second and core", 1.0 / ours, "1/s", 500.0, beside=note)
     yield Figure(
-        "walk: times SciPy's least_squares", peer / ours, 5.0, "x", True,
-        f"frame by frame, warm, Pinocchio's Jacobian: {1e3 * peer:.1f} ms a frame",
+        "walk: times SciPy's least_squares", peer / ours, "x", 5.0,
+        beside=f"frame by frame, warm, Pinocchio's Jacobian: {1e3 * peer:.1f} ms a frame",
     )  # fmt: skip
     yield Figure(
         "walk: error of the legs' angles, RMS", _rms_deg(fitted.motion.q[here], walk, frames, legs),
-        1.1 * _rms_deg(q, walk, frames, legs), "deg", note="at most 1.1 times SciPy's",
+        "deg", most=1.1 * _rms_deg(q, walk, frames, legs), beside="at most 1.1 times SciPy's",
     )  # fmt: skip
 
 
@@ -217,8 +191,8 @@ def recorded(folder: Path) -> Iterator[Figure]:
         spent = time.process_time() - start
         worst = max(fitted.marker_rms_m().items(), key=lambda pair: pair[1])
         yield Figure(
-            f"{name}: residual, RMS", 1e3 * fitted.rms_m, 20.0, "mm",
-            note=f"{len(fitted.motion)} of {trials[1].frames} frames, worst marker {worst[0]} "
+            f"{name}: residual, RMS", 1e3 * fitted.rms_m, "mm", most=20.0,
+            beside=f"{len(fitted.motion)} of {trials[1].frames} frames, worst marker {worst[0]} "
             f"{1e3 * worst[1]:.0f} mm, {trials[1].frames / spent:.0f} frames/s",
         )  # fmt: skip
 
@@ -248,12 +222,12 @@ def against_opensim(folder: Path, python: str) -> Iterator[Figure]:
     spent = (time.process_time() - start) / squats.frames
     theirs = peer["seconds"] / peer["frames"]
     yield Figure(
-        "OpenCap squats: times OpenSim's IK", theirs / spent, 1.0, "x", True,
-        f"OpenSim {1.0 / theirs:.0f}, ours {1.0 / spent:.0f} frames/s",
+        "OpenCap squats: times OpenSim's IK", theirs / spent, "x", 1.0,
+        beside=f"OpenSim {1.0 / theirs:.0f}, ours {1.0 / spent:.0f} frames/s",
     )  # fmt: skip
     yield Figure(
-        "OpenCap squats: residual, RMS", 1e3 * fitted.rms_m, 1e3 * peer["rms_m"], "mm",
-        note="at most OpenSim's: 35 coordinates, model and markers fitted to these motions",
+        "OpenCap squats: residual, RMS", 1e3 * fitted.rms_m, "mm", most=1e3 * peer["rms_m"],
+        beside="at most OpenSim's: 35 coordinates, model and markers fitted to these motions",
     )  # fmt: skip
 
 

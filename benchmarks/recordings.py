@@ -11,12 +11,12 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.figure import Figure, shown
 from human.kinematics import forward_kinematics
 from human.model import Subject
 from human.mvn_angles import mvn_joint_angles_deg
@@ -46,28 +46,6 @@ POSITION_BAR_MM = 30.0
 PERSON = Subject(1.65, 62.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A measured number (or count) with the bar it must not exceed."""
-
-    name: str
-    value: float
-    bar: float
-    unit: str
-    note: str = ""
-
-    @property
-    def passed(self) -> bool:
-        """Whether the value is at or below the bar."""
-        return self.value <= self.bar
-
-    def line(self) -> str:
-        """One line for the terminal."""
-        verdict = "pass" if self.passed else "FAIL"
-        value = f"{self.value:9.3g} {self.unit:4} <= {self.bar:g}"
-        return f"{verdict}  {value:26}  {self.name}{'  (' + self.note + ')' if self.note else ''}"
-
-
 def figures(folder: Path) -> Iterator[Figure]:
     """Measures everything."""
     recordings = {name: read_recording(folder / name) for name in FILES}
@@ -91,17 +69,19 @@ def _fit_figures(name: str, fitted: FittedRecording, free: FittedRecording) -> I
     worst = float(np.rad2deg(np.max(inside)))
     share = float(np.mean(d.limited))
     yield Figure(
-        f"{short}: orientation error, no active limit", worst, ORIENTATION_BAR_DEG, "deg",
-        f"{share:.1%} of joints x frames at a limit, up to "
+        f"{short}: orientation error, no active limit", worst, "deg",
+        most=ORIENTATION_BAR_DEG,
+        beside=f"{share:.1%} of joints x frames at a limit, up to "
         f"{np.rad2deg(np.max(d.pair_error_rad)):.1f} deg there",
     )  # fmt: skip
     f = free.diagnostics
     worst = float(np.rad2deg(np.max(f.pair_error_rad[~f.frozen])))
-    yield Figure(f"{short}: orientation error, limits off", worst, ORIENTATION_BAR_DEG, "deg")
+    yield Figure(f"{short}: orientation error, limits off", worst, "deg", most=ORIENTATION_BAR_DEG)
     millimetres = 1000.0 * d.position_error_m
     yield Figure(
-        f"{short}: joint positions, median", float(np.median(millimetres)), POSITION_BAR_MM, "mm",
-        f"worst segment's median {np.max(np.median(millimetres, axis=0)):.2g}, "
+        f"{short}: joint positions, median", float(np.median(millimetres)), "mm",
+        most=POSITION_BAR_MM,
+        beside=f"worst segment's median {np.max(np.median(millimetres, axis=0)):.2g}, "
         f"largest {np.max(millimetres):.2g}",
     )  # fmt: skip
 
@@ -133,7 +113,11 @@ def _angle_figures(name: str, recording: Recording, fitted: FittedRecording) -> 
             at_limit = max(at_limit, float(np.max(off[held], initial=0.0)))
         note = f"where a limit is active up to {at_limit:.0f}" if at_limit else "no limit active"
         yield Figure(
-            f"{Path(name).name}: fitted angles against {field}", worst, ANGLE_BAR_DEG, "deg", note
+            f"{Path(name).name}: fitted angles against {field}",
+            worst,
+            "deg",
+            most=ANGLE_BAR_DEG,
+            beside=note,
         )
 
 
@@ -148,16 +132,16 @@ def _twin_figures(
         recordings[bvh].orientation_xyzw,
     )
     off = float(np.rad2deg(np.max(np.linalg.norm(quaternion_to_rotation_vector(turn), axis=-1))))
-    yield Figure("MVNX and its BVH twin: segment orientations", off, ANGLE_BAR_DEG, "deg")
+    yield Figure("MVNX and its BVH twin: segment orientations", off, "deg", most=ANGLE_BAR_DEG)
     angles = np.abs(fits[mvnx].motion.joint_angles[first:] - fits[bvh].motion.joint_angles)
     yield Figure(
         "MVNX and its BVH twin: fitted joint angles",
-        float(np.rad2deg(np.max(angles))), ANGLE_BAR_DEG, "deg",
+        float(np.rad2deg(np.max(angles))), "deg", most=ANGLE_BAR_DEG,
     )  # fmt: skip
     place = np.linalg.norm(recordings[mvnx].position[first:] - recordings[bvh].position, axis=-1)
     yield Figure(
         "MVNX and its BVH twin: joint positions, median", float(1000 * np.median(place)),
-        POSITION_BAR_MM, "mm",
+        "mm", most=POSITION_BAR_MM,
     )  # fmt: skip
 
 
@@ -167,7 +151,7 @@ def _side_figures(folder: Path) -> Iterator[Figure]:
         any(p.code in ("sides", "inconsistent") for p in inspect_recording(folder / name).problems)
         for name in FILES
     )
-    yield Figure("honest files suspected of exchanged sides", float(suspected), 0.0, "")
+    yield Figure("honest files suspected of exchanged sides", float(suspected), most=0.0)
     missed = 0
     with tempfile.TemporaryDirectory() as made:
         for name in FILES:
@@ -180,20 +164,16 @@ def _side_figures(folder: Path) -> Iterator[Figure]:
                 missed += 1
             except RecordingRefusedError:
                 pass
-    yield Figure("side-swapped copies not refused", float(missed), 0.0, "")
+    yield Figure("side-swapped copies not refused", float(missed), most=0.0)
 
 
 def main() -> int:
-    """Prints each figure; returns the number of those that missed their bar."""
+    """Prints each figure; returns 1 if one missed its bar."""
     folder = os.environ.get("ERGOCAST_RECORDINGS")
     if not folder:
         print("Set ERGOCAST_RECORDINGS to the folder of recordings.", file=sys.stderr)
         return 2
-    failed = 0
-    for figure in figures(Path(folder)):
-        print(figure.line())
-        failed += not figure.passed
-    return 1 if failed else 0
+    return shown(figures(Path(folder)))
 
 
 if __name__ == "__main__":

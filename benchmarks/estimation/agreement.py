@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.estimation.moving_scene import Scene
+from benchmarks.figure import Figure
 from estimation import (
     APPLICATION,
     EstimationTree,
@@ -30,20 +31,19 @@ from tests.estimation.dense_reference import solve
 #: A dense solution takes a tenth of a second.
 DENSE_FRAMES = range(0, 256, 16)
 PAPER = {"Accelerometer": 1.1e-3, "JointAcceleration": 6.66e-6, "ForceTorque": 1e-6}
-Row = tuple[str, float, str, float]
 
 
-def agreement(model: HumanModel, scene: Scene) -> Iterator[Row]:
-    """Yields name, largest difference, unit and what it must not exceed."""
+def agreement(model: HumanModel, scene: Scene) -> Iterator[Figure]:
+    """Largest differences from what must come out the same."""
     tree = real_tree(model)
     hands = [FreeWrench("RightHandCOM"), FreeWrench("LeftHandCOM")]
     sensors = [s for s in scene.sensors if not isinstance(s, FreeWrench)] + hands
     yield from dense(tree, scene, sensors)
-    yield "real links and 67, carried over: torques", trees(model, scene), "N m", 1e-5
-    yield "whole scene turned about z: torques", turned(tree, scene), "N m", 1e-9
+    yield Figure("real links and 67, carried over: torques", trees(model, scene), "N m", most=1e-5)
+    yield Figure("whole scene turned about z: torques", turned(tree, scene), "N m", most=1e-9)
 
 
-def dense(tree: EstimationTree, scene: Scene, sensors: list[Measurement]) -> Iterator[Row]:
+def dense(tree: EstimationTree, scene: Scene, sensors: list[Measurement]) -> Iterator[Figure]:
     """Both hands free, default covariances."""
     found = estimate(tree, scene.q, scene.v, scene.a, sensors)
     problem = assemble(
@@ -81,10 +81,10 @@ def dense(tree: EstimationTree, scene: Scene, sensors: list[Measurement]) -> Ite
         true = whole.covariance[np.ix_(index, index)]
         scale = np.sqrt(np.diagonal(true))
         differ("cross", (found.site_covariance[frame] - true) / np.outer(scale, scale))
-    yield "dense QR: every unknown", off["d"], "SI", 1e-6
-    yield "dense QR: torques", off["torque"], "N m", 1e-6
-    yield "dense inverse: standard deviations", off["sd"], "relative", 1e-6
-    yield "dense inverse: covariance of the hands", off["cross"], "relative", 1e-6
+    yield Figure("dense QR: every unknown", off["d"], "SI", most=1e-6)
+    yield Figure("dense QR: torques", off["torque"], "N m", most=1e-6)
+    yield Figure("dense inverse: standard deviations", off["sd"], "relative", most=1e-6)
+    yield Figure("dense inverse: covariance of the hands", off["cross"], "relative", most=1e-6)
 
 
 def trees(model: HumanModel, scene: Scene) -> float:

@@ -10,6 +10,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import pinocchio as pin
@@ -26,6 +27,7 @@ from benchmarks.estimation.idyntree_peer import (
 )
 from benchmarks.estimation.live import RATE_HZ, fresh_process
 from benchmarks.estimation.moving_scene import Scene, moving_scene, noisy
+from benchmarks.figure import Figure, shown
 from estimation import (
     APPLICATION,
     Accelerometer,
@@ -54,17 +56,6 @@ PEER_FRAMES = 40
 FLOOR = "0.14 at rest from the feet alone; holds: benchmarks.estimation.uncertainty"
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One line of the table: a number, what it must reach, and beside what."""
-
-    name: str
-    value: float
-    unit: str
-    good: bool | None
-    beside: str
-
-
 def main() -> int:
     """Prints one line per figure; returns 1 if one fails."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -72,20 +63,13 @@ def main() -> int:
     options = parser.parse_args()
     model = generate_model(Subject(1.76, 74.3, "male"))
     scene = moving_scene(model, FRAMES, np.random.default_rng(0))
-    failed = 0
-    figures = (
-        *speed(model, scene, options.rounds),
-        *accuracy(model, scene),
-        *(
-            Figure(name, value, unit, value <= most, f"at most {most:g}")
-            for name, value, unit, most in agreement(model, scene)
-        ),
+    return shown(
+        chain(
+            speed(model, scene, options.rounds),
+            accuracy(model, scene),
+            agreement(model, scene),
+        )
     )
-    for figure in figures:
-        mark = {True: "pass", False: "FAIL", None: "    "}[figure.good]
-        failed += figure.good is False
-        print(f"{figure.name:58} {figure.value:11.4g} {figure.unit:9} {mark}  {figure.beside}")
-    return 1 if failed else 0
 
 
 def median_seconds(run: Callable[[], object], rounds: int) -> float:
@@ -120,24 +104,24 @@ def speed(model: HumanModel, scene: Scene, rounds: int) -> Iterator[Figure]:
         "real links, mean and all sds": lambda: run(real, scene, engine="numpy"),
         "67 links and hands, mean and all sds": lambda: run(hinges, scene, engine="numpy"),
     }
-    yield Figure("compiled kernel", float(state.ready), "", state.ready, state.reason)
+    yield Figure("compiled kernel", float(state.ready), least=1.0, beside=state.reason)
     rnea = rnea_microseconds(model, scene, rounds)
     times = {name: median_seconds(call, rounds) * 1e6 / MANY for name, call in compiled.items()}
     slow = {name: median_seconds(call, rounds) * 1e6 / FRAMES for name, call in by_numpy.items()}
     for name, value in times.items():
-        yield Figure(name, value, "us/frame", None, f"kernel, {MANY} frames, whole `estimate`")
+        yield Figure(name, value, "us/frame", beside=f"kernel, {MANY} frames, whole `estimate`")
     for name, value in slow.items():
-        yield Figure(f"{name}, numpy", value, "us/frame", None, f"batch {FRAMES}")
-    yield Figure("pin.rnea in a loop", rnea, "us/frame", None, "the deterministic floor")
+        yield Figure(f"{name}, numpy", value, "us/frame", beside=f"batch {FRAMES}")
+    yield Figure("pin.rnea in a loop", rnea, "us/frame", beside="the deterministic floor")
     own = times["real links, mean and all sds"]
-    yield Figure("real links beside pin.rnea", own / rnea, "times", None, "aim 1; no sds there")
+    yield Figure("real links beside pin.rnea", own / rnea, "times", beside="aim 1; no sds there")
     yield from live()
     try:
         peer = idyntree(model, scene)
     except PeerMissingError as error:
-        yield Figure("iDynTree", float("nan"), "us/frame", None, str(error))
+        yield Figure("iDynTree", float("nan"), "us/frame", beside=str(error))
         return
-    yield Figure("iDynTree MAP, means only, 67 links", peer.microseconds, "us/frame", None, "")
+    yield Figure("iDynTree MAP, means only, 67 links", peer.microseconds, "us/frame")
     for found, name, least in (
         (times, "real links, mean and all sds", 100.0),
         (times, "67 links and hands, mean and all sds", 40.0),
@@ -145,21 +129,19 @@ def speed(model: HumanModel, scene: Scene, rounds: int) -> Iterator[Figure]:
     ):
         ratio, how = peer.microseconds / found[name], "numpy" if found is slow else "kernel"
         label = f"{name}, {how}: times as fast"
-        yield Figure(label, ratio, "", ratio >= least, f"at least {least:g}")
+        yield Figure(label, ratio, least=least)
     yield from step_one(model, scene, rounds)
     yield Figure(
         "torques with equal covariances, 67 links, differ",
         peer.torque_difference,
         "N m",
-        peer.torque_difference <= 1e-6,
-        "at most 1e-6",
+        most=1e-6,
     )
     yield Figure(
         "external wrenches, the same",
         peer.wrench_difference,
         "N, N m",
-        peer.wrench_difference <= 1e-6,
-        "at most 1e-6",
+        most=1e-6,
     )
     yield from engines_agree(real, scene)
 
@@ -172,23 +154,23 @@ def engines_agree(tree: EstimationTree, scene: Scene) -> Iterator[Figure]:
     assert kernel.torque_sd is not None
     assert plain.torque_sd is not None
     off = float(np.abs(kernel.torque - plain.torque).max())
-    yield Figure("kernel and numpy: torques differ", off, "N m", off <= 1e-9, "at most 1e-9")
+    yield Figure("kernel and numpy: torques differ", off, "N m", most=1e-9)
     off = float(np.abs(kernel.torque_sd / plain.torque_sd - 1.0).max())
-    yield Figure("kernel and numpy: their sds differ", off, "relative", off <= 1e-8, "1e-8")
+    yield Figure("kernel and numpy: their sds differ", off, "relative", most=1e-8)
 
 
 def live() -> Iterator[Figure]:
     """One frame at a time, with standard deviations, in a fresh process."""
     found = fresh_process("kernel")
-    first, clock = found["first"], f"at most 3; by the clock {found['first by the clock']:.2f}"
-    yield Figure("first estimate of a fresh process", first, "s", first <= 3.0, clock)
+    first, clock = found["first"], f"by the clock {found['first by the clock']:.2f}"
+    yield Figure("first estimate of a fresh process", first, "s", most=3.0, beside=clock)
     for name, most in (("median", 0.5), ("p99", 1e3 / RATE_HZ / 2.0)):
-        clock = f"at most {most:.3g}; by the clock {found[f'{name} by the clock']:.3f}"
-        value = found[name]
-        yield Figure(f"live at {RATE_HZ:g} Hz, {name}", value, "ms", value <= most, clock)
-    yield Figure("live, frames later than the next", found["late"], "share", None, "shared machine")
+        clock = f"by the clock {found[f'{name} by the clock']:.3f}"
+        yield Figure(f"live at {RATE_HZ:g} Hz, {name}", found[name], "ms", most=most, beside=clock)
+    late = found["late"]
+    yield Figure("live, frames later than the next", late, "share", beside="shared machine")
     bare = fresh_process("numpy")
-    yield Figure("live, numpy, median", bare["median"], "ms", None, "where nothing is compiled")
+    yield Figure("live, numpy, median", bare["median"], "ms", beside="where nothing is compiled")
 
 
 def rnea_microseconds(model: HumanModel, scene: Scene, rounds: int) -> float:
@@ -335,15 +317,13 @@ def step_one(model: HumanModel, scene: Scene, rounds: int) -> Iterator[Figure]:
             off = found[name] - wrenches[tree.link_names.index(name), frame]
             apart = max(apart, float(np.abs(off).max()))
     theirs = 1e6 * statistics.median(taken)
-    yield Figure("wrenches from balance, 67 links", mine, "us/frame", None, "")
-    yield Figure("wrenches from balance, real links", mine_real, "us/frame", None, "")
-    yield Figure("the same, iDynTree, 67 links", theirs, "us/frame", None, "")
-    yield Figure("67 links: times as fast", theirs / mine, "", None, "")
+    yield Figure("wrenches from balance, 67 links", mine, "us/frame")
+    yield Figure("wrenches from balance, real links", mine_real, "us/frame")
+    yield Figure("the same, iDynTree, 67 links", theirs, "us/frame")
+    yield Figure("67 links: times as fast", theirs / mine)
     ratio = theirs / mine_real
-    yield Figure("real links: times as fast", ratio, "", ratio >= 300.0, "at least 300")
-    yield Figure(
-        "wrenches from balance, 67 links, differ", apart, "N, N m", apart <= 1e-6, "at most 1e-6"
-    )
+    yield Figure("real links: times as fast", ratio, least=300.0)
+    yield Figure("wrenches from balance, 67 links, differ", apart, "N, N m", most=1e-6)
 
 
 def accuracy(model: HumanModel, scene: Scene) -> Iterator[Figure]:
@@ -353,14 +333,14 @@ def accuracy(model: HumanModel, scene: Scene) -> Iterator[Figure]:
     error = found.torque - scene.torque
     assert found.torque_sd is not None
     rms = float(np.sqrt(np.mean(error**2)))
-    yield Figure("torque RMSE, noise stated", rms, "N m", rms <= 0.35, "at most 0.35")
+    yield Figure("torque RMSE, noise stated", rms, "N m", most=0.35)
     cover = float(np.mean(np.abs(error) < 1.96 * found.torque_sd))
-    yield Figure("95 % intervals of torques cover", cover, "", 0.92 <= cover <= 0.97, ".92 to .97")
+    yield Figure("95 % intervals of torques cover", cover, "", 0.92, 0.97)
     held = payload(found)
     off = held.mass_kg - scene.load_kg
-    yield Figure("payload, error of the mean", abs(float(np.mean(off))), "kg", None, "of 5 kg")
+    yield Figure("payload, error of the mean", abs(float(np.mean(off))), "kg", beside="of 5 kg")
     spread = float(np.std(off))
-    yield Figure("payload of a frame, standard deviation", spread, "kg", None, FLOOR)
+    yield Figure("payload of a frame, standard deviation", spread, "kg", beside=FLOOR)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.estimation.figure import Figure
+from benchmarks.figure import Figure
 from estimation import FootForces, FootState, align, feet_from_plates
 from human import HumanModel, Motion, motion_from_configurations
 from human.marker_recording import PlateForces
@@ -62,12 +62,14 @@ def plate_figures(model: HumanModel) -> Iterator[Figure]:
         both = list(zip(walks, feet, strict=True))
         if layout != "one plate under all":
             given = np.mean([states_right(walk, foot) for walk, foot in both])
-            yield Figure(f"loaded feet given their plate ({layout})", float(given), 0.98, "share")
+            yield Figure(
+                f"loaded feet given their plate ({layout})", float(given), "share", least=0.98
+            )
             error = np.sqrt(np.mean([squared_error(walk, foot) for walk, foot in both]))
             name = f"rms error of a foot's own force where known ({layout})"
-            yield Figure(name, float(error), 5.0, "N")
+            yield Figure(name, float(error), "N", most=5.0)
         known = np.mean([foot.known.mean() for foot in feet])
-        yield Figure(f"frames with all ground forces known ({layout})", float(known), None, "share")
+        yield Figure(f"frames with all ground forces known ({layout})", float(known), "share")
         yield from clock_figures(walks, layout)
 
 
@@ -82,9 +84,9 @@ def clock_figures(walks: list[Walk], layout: str) -> Iterator[Figure]:
             if clock.estimated_s is not None and clock.sd_s is not None:
                 errors.append(abs(clock.estimated_s - offset))
                 deviations.append(abs(clock.estimated_s - offset) / clock.sd_s)
-    yield Figure(f"clocks told ({layout})", float(np.mean(told)), 0.99, "share")
-    yield Figure(f"largest error of the clock ({layout})", 1e3 * max(errors), 5.0, "ms")
-    yield Figure(f"the same in standard deviations ({layout})", max(deviations), 3.0, "sd")
+    yield Figure(f"clocks told ({layout})", float(np.mean(told)), "share", least=0.99)
+    yield Figure(f"largest error of the clock ({layout})", 1e3 * max(errors), "ms", most=5.0)
+    yield Figure(f"the same in standard deviations ({layout})", max(deviations), "sd", most=3.0)
 
 
 def walk_over(model: HumanModel, plates: tuple[Plate, ...], seed: int) -> Walk:

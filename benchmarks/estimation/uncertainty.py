@@ -6,13 +6,15 @@ model's own inverse dynamics. Prints each figure beside its bar, and returns 1 i
 
 import argparse
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
 from benchmarks.estimation.carrying import FOOT_SD, Carrying
 from benchmarks.estimation.moving_scene import Scene, moving_scene, noisy
 from benchmarks.estimation.wrong_model import FEET, Strangers, strangers
+from benchmarks.figure import Figure, shown
 from estimation import (
     APPLICATION,
     Accelerometer,
@@ -40,28 +42,6 @@ from human import HumanModel, Subject, generate_model
 PAPER = {Accelerometer: 1.1e-3, JointAcceleration: 6.66e-6, ForceTorque: 1e-6}
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One line of the table; ``bar`` is the least and the most that pass, None is no bar."""
-
-    name: str
-    value: float
-    unit: str = ""
-    bar: tuple[float, float] | None = None
-    beside: str = ""
-
-    @property
-    def missed(self) -> bool:
-        """Whether the bar is missed."""
-        return self.bar is not None and not self.bar[0] <= self.value <= self.bar[1]
-
-    def line(self) -> str:
-        """One line for the terminal."""
-        verdict = "    " if self.bar is None else "FAIL" if self.missed else "pass"
-        bar = "" if self.bar is None else f"[{self.bar[0]:g}, {self.bar[1]:g}]"
-        return f"{self.name:66} {self.value:9.4g} {self.unit:4} {bar:14} {verdict}  {self.beside}"
-
-
 def main() -> int:
     """Prints one line a figure; returns 1 if one misses its bar."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -69,17 +49,15 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=8, help="runs of each load, new noise each")
     options = parser.parse_args()
     model = generate_model(Subject(1.76, 74.3, "male"))
-    missed = 0
-    for figure in (
-        *exact(model),
-        *stated_noise(model),
-        *carried(model, options.runs),
-        *turned(model),
-        *wrong_model(model, options.people),
-    ):
-        missed += figure.missed
-        print(figure.line(), flush=True)
-    return 1 if missed else 0
+    return shown(
+        chain(
+            exact(model),
+            stated_noise(model),
+            carried(model, options.runs),
+            turned(model),
+            wrong_model(model, options.people),
+        )
+    )
 
 
 def rms(x: np.ndarray) -> float:
@@ -98,9 +76,9 @@ def exact(model: HumanModel) -> Iterator[Figure]:
     ]
     found = estimate(real_tree(model), scene.q, scene.v, scene.a, sensors)
     error = rms(found.torque - scene.torque)
-    yield Figure("exact measurements: torque RMSE", error, "N m", (0.0, 0.02))
+    yield Figure("exact measurements: torque RMSE", error, "N m", most=0.02)
     off = float(np.max(np.abs(payload(found).mass_kg - scene.load_kg)))
-    yield Figure("exact measurements: 5 kg, largest error of a frame", off, "kg", (0.0, 0.02))
+    yield Figure("exact measurements: 5 kg, largest error of a frame", off, "kg", most=0.02)
 
 
 def stated_noise(model: HumanModel) -> Iterator[Figure]:
@@ -133,12 +111,12 @@ def stated_noise(model: HumanModel) -> Iterator[Figure]:
         )
         assert paper.torque_sd is not None
         preset.append(np.abs(paper.torque - scene.torque) < 1.96 * paper.torque_sd)
-    yield Figure("noise stated: torque RMSE", rms(np.array(errors)), "N m", (0.0, 0.35))
+    yield Figure("noise stated: torque RMSE", rms(np.array(errors)), "N m", most=0.35)
     cover = np.mean(np.concatenate(inside), axis=0)
-    yield Figure("noise stated: 95 % of torques", float(np.mean(cover)), "", (0.92, 0.97))
-    yield Figure("  the least covered degree of freedom", float(np.min(cover)), "", (0.92, 0.97))
-    yield Figure("  the most covered", float(np.max(cover)), "", (0.92, 0.97))
-    yield Figure("noise stated: 90 % of efforts", float(np.mean(effort)), "", (0.87, 0.93))
+    yield Figure("noise stated: 95 % of torques", float(np.mean(cover)), "", 0.92, 0.97)
+    yield Figure("  the least covered degree of freedom", float(np.min(cover)), "", 0.92, 0.97)
+    yield Figure("  the most covered", float(np.max(cover)), "", 0.92, 0.97)
+    yield Figure("noise stated: 90 % of efforts", float(np.mean(effort)), "", 0.87, 0.93)
     yield Figure(
         "the paper's preset, two steps: 95 % of torques",
         float(np.mean(preset)),
@@ -146,7 +124,7 @@ def stated_noise(model: HumanModel) -> Iterator[Figure]:
     )
     z = np.concatenate(kilograms) / np.concatenate(sds)
     cover_kg = float(np.mean(np.abs(z) < 1.96))
-    yield Figure("noise stated: 95 % of payloads of a frame", cover_kg, "", (0.92, 0.97))
+    yield Figure("noise stated: 95 % of payloads of a frame", cover_kg, "", 0.92, 0.97)
     yield Figure(
         "  their standard deviation, 5 kg in motion",
         float(np.std(np.concatenate(kilograms))),
@@ -209,9 +187,9 @@ def carried(model: HumanModel, runs: int) -> Iterator[Figure]:
         for seed in range(runs)
     ]
     error = rms(np.array([mass.mass_kg - 5.0 for mass in found]))
-    yield Figure("5 kg lifted and carried, hold: error, rms over runs", error, "kg", (0.0, 0.06))
+    yield Figure("5 kg lifted and carried, hold: error, rms over runs", error, "kg", most=0.06)
     sd = float(np.mean([mass.sd_kg for mass in found if mass.sd_kg is not None]))
-    yield Figure("  its stated standard deviation", sd, "kg", (0.0, 0.06))
+    yield Figure("  its stated standard deviation", sd, "kg", most=0.06)
     two = Carrying.of(model, 9.55, "both")
     for name, suit in (("17 accelerometers", True), ("derived accelerations", False)):
         sums = [
@@ -219,7 +197,7 @@ def carried(model: HumanModel, runs: int) -> Iterator[Figure]:
             for seed in range(runs)
         ]
         off = float(np.max(np.abs(np.array(sums) - 9.55)))
-        yield Figure(f"9.55 kg in two hands, hold, {name}: largest error", off, "kg", (0.0, 0.3))
+        yield Figure(f"9.55 kg in two hands, hold, {name}: largest error", off, "kg", most=0.3)
     hold, summary = two.weighed(RunSettings(), np.random.default_rng(0), suit=False)
     sd = hold.mass().sd_kg or 0.0
     yield Figure(
@@ -232,7 +210,7 @@ def carried(model: HumanModel, runs: int) -> Iterator[Figure]:
     sd = hold.mass().sd_kg or 0.0
     yield Figure("  weighed before the lift: stated sd", sd, "kg", beside=f"bands: {summary.bands}")
     off = abs(hold.mass().mass_kg - 9.55)
-    yield Figure("  weighed before the lift: error", off, "kg", (0.0, 0.3))
+    yield Figure("  weighed before the lift: error", off, "kg", most=0.3)
 
 
 def turned(model: HumanModel) -> Iterator[Figure]:
@@ -244,7 +222,7 @@ def turned(model: HumanModel) -> Iterator[Figure]:
     two, _ = estimate_run(model, moved, moved_feet, RunSettings(model_errors=None))
     names = ("torque_nm", "effort_nm", "payload_kg", "low_back_force_n", "low_back_moment_nm")
     off = max(float(np.max(np.abs(getattr(one, n) - getattr(two, n)))) for n in names)
-    yield Figure("whole scene turned about z: largest change", off, "SI", (0.0, 1e-9))
+    yield Figure("whole scene turned about z: largest change", off, "SI", most=1e-9)
 
 
 def wrong_model(model: HumanModel, people: int) -> Iterator[Figure]:
@@ -256,8 +234,8 @@ def wrong_model(model: HumanModel, people: int) -> Iterator[Figure]:
         plain, loose = [estimates(model, scene, slack=slack) for slack in (False, True)]
         wide = widen(model, scene, loose, errors, rng, weighed=weighed)
         for name, found, bar in (
-            ("noise alone", plain, None),
-            ("noise alone, moments left to the pelvis", loose, None),
+            ("noise alone", plain, (None, None)),
+            ("noise alone, moments left to the pelvis", loose, (None, None)),
             ("widened", wide, (0.92, 0.995)),
         ):
             error = found.torque - scene.torque
@@ -265,15 +243,15 @@ def wrong_model(model: HumanModel, people: int) -> Iterator[Figure]:
             cover = np.mean(np.abs(error) < 1.96 * found.torque_sd, axis=0)
             title = f"wrong model, {who}, {name}"
             missed = f"torque RMSE {rms(error):.2f} N m; labelled {found.bands!r}"
-            yield Figure(f"{title}: 95 % of torques", float(np.mean(cover)), "", bar, missed)
-            if bar is not None:
+            yield Figure(f"{title}: 95 % of torques", float(np.mean(cover)), "", *bar, missed)
+            if found is wide:
                 yield Figure("  the least covered degree of freedom", float(np.min(cover)))
             held = payload(found)
             off = held.mass_kg - scene.load_kg
             assert held.sd_kg is not None
             kg = float(np.mean(np.abs(off) < 1.96 * held.sd_kg))
             text = f"rms error {rms(off):.2f} kg, stated {rms(held.sd_kg):.2f} kg"
-            yield Figure("  95 % of payloads of a frame", kg, "", bar and (0.92, 1.0), text)
+            yield Figure("  95 % of payloads of a frame", kg, "", bar[0], beside=text)
 
 
 def sensors_of(model: HumanModel, scene: Strangers, *, slack: bool) -> list[Measurement]:
