@@ -3,11 +3,15 @@
 Nothing here compiles unless `compile_kernel` is called, so that no process that serves frames as
 they come waits for a compiler. What is kept is found again by a digest of the kernel's own code,
 the compiler's version and the processor; anything else is never loaded.
+
+What is loaded is run, so it is trusted as the package's own code is: only a file that nobody may
+write but this process's user, the administrator and the owner of the package.
 """
 
 import hashlib
 import os
 import platform
+import stat
 import sys
 import tempfile
 from collections.abc import Callable
@@ -23,7 +27,8 @@ import llvmlite.binding as llvm
 
 from estimation.kernel.layout import NAME
 
-#: Of a kept file: the digest of the rest, so that half a file is not taken for a whole one.
+#: Of a kept file: the digest of its name and the rest, so that neither half a file nor another
+#: version's is taken for this one's.
 _DIGEST_BYTES = 32
 Solve = Callable[[int, int], None]
 
@@ -54,6 +59,16 @@ class _Loaded:
     tried: bool = False
 
 
+def _sources() -> bytes:
+    """Returns a digest of the code that writes the kernel and of the code that calls it."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.digest()
+
+
+#: Of the code that this process runs, whatever an upgrade puts in its place meanwhile.
+_OWN_SOURCES = _sources()
 _loaded = _Loaded()
 #: Two threads that ask first must both get the kernel.
 _loading = Lock()
@@ -79,7 +94,10 @@ def compile_kernel() -> KernelState:
     """
     _load()
     with _loading:
-        if _loaded.solve is None:
+        if _loaded.solve is None and _sources() != _OWN_SOURCES:
+            # Half of the kernel would be the old version's and half the new one's.
+            _loaded.reason = "the package has changed since this process began: start it again"
+        elif _loaded.solve is None:
             code = _compiled()
             _take(code)
             _loaded.path, kept = _keep(code)
@@ -107,21 +125,52 @@ def _load() -> None:
 
 def _find() -> None:
     name = _file_name()
+    refused = ""
     for folder in folders():
         path = folder / name
         try:
-            content = path.read_bytes()
+            if not path.is_file():
+                continue
+            with path.open("rb") as file:
+                problem = _distrust(os.fstat(file.fileno()))
+                content = b"" if problem else file.read()
         except OSError:
             continue
+        if problem:
+            refused = refused or f"{path} is not loaded: {problem}; "
+            continue
         code = content[_DIGEST_BYTES:]
-        if hashlib.sha256(code).digest() == content[:_DIGEST_BYTES]:
+        if code and _digest(name, code) == content[:_DIGEST_BYTES]:
             _take(code)
             _loaded.path, _loaded.reason = path, f"loaded from {path}"
             return
     _loaded.reason = (
-        "no compiled kernel for this processor: estimates are made with numpy, some 30 times as "
-        "slow; estimation.compile_kernel() makes one in about a second"
+        f"{refused}no compiled kernel for this processor: estimates are made with numpy, some 30 "
+        "times as slow; estimation.compile_kernel() makes one in about a second"
     )
+
+
+def _distrust(found: os.stat_result) -> str:
+    """Says why a file may be somebody else's code; nothing if it may not.
+
+    Who owns the package or administers the machine could change what runs here anyhow.
+    """
+    if not hasattr(os, "geteuid"):
+        return ""
+    trusted = {0, os.geteuid(), _package_owner()}
+    if found.st_uid not in trusted:
+        return f"it belongs to user {found.st_uid}"
+    if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return "others may write it"
+    return ""
+
+
+def _package_owner() -> int:
+    return Path(__file__).stat().st_uid
+
+
+def _digest(name: str, code: bytes) -> bytes:
+    return hashlib.sha256(name.encode() + code).digest()
 
 
 def _take(code: bytes) -> None:
@@ -135,29 +184,35 @@ def _take(code: bytes) -> None:
 
 def _keep(code: bytes) -> tuple[Path | None, str]:
     """Writes machine code into the first folder that takes it, whole or not at all."""
-    problem = ""
+    problem, name = "", _file_name()
     for folder in folders():
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=folder, delete=False) as file:
-                file.write(hashlib.sha256(code).digest() + code)
-            path = folder / _file_name()
-            # Made by one user, such as at installation, it serves all.
-            os.chmod(file.name, 0o644)
-            os.replace(file.name, path)
+            _write(folder / name, _digest(name, code) + code)
         except OSError as error:
             problem = problem or str(error)
             continue
-        return path, f"kept as {path}"
+        return folder / name, f"kept as {folder / name}"
     return None, f"not kept ({problem})"
+
+
+def _write(path: Path, content: bytes) -> None:
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+        new = Path(file.name)
+        try:
+            file.write(content)
+        except OSError:
+            new.unlink()
+            raise
+    # Made by one user, such as at installation, it serves all.
+    new.chmod(0o644)
+    new.replace(path)
 
 
 @cache
 def _file_name() -> str:
     """Names the file after all that the machine code depends on."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    digest = hashlib.sha256(_OWN_SOURCES)
     for word in (
         llvmlite.__version__,
         platform.system(),

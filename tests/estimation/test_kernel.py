@@ -1,5 +1,6 @@
 """The compiled kernel against numpy, and how it is kept and found."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -257,6 +258,46 @@ def test_a_kernel_is_compiled_once_and_found_by_the_next_process(elsewhere, monk
     state.path.write_bytes(state.path.read_bytes()[:-100])
     monkeypatch.setattr(machine_code, "_loaded", machine_code._Loaded())
     assert not kernel_state().ready
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda path: path.chmod(0o666), "others may write it"),
+        (lambda path: os.chown(path, 12345, -1), "it belongs to user 12345"),
+    ],
+)
+def test_nobody_elses_code_is_run(elsewhere, monkeypatch, change, why):
+    path = compile_kernel().path
+    try:
+        change(path)
+    except PermissionError:
+        # Only the administrator gives files away; to others the file's owner is the stranger.
+        monkeypatch.setattr(os, "geteuid", lambda: 54321)
+        why = "it belongs to user"
+        monkeypatch.setattr(machine_code, "_package_owner", lambda: 54321)
+    monkeypatch.setattr(machine_code, "_loaded", machine_code._Loaded())
+    monkeypatch.setattr(machine_code, "_take", lambda code: pytest.fail("was loaded"))
+    state = kernel_state()
+    assert not state.ready
+    assert why in state.reason
+
+
+def test_another_versions_kernel_under_this_ones_name_is_not_run(elsewhere, monkeypatch):
+    path = compile_kernel().path
+    other = "kernel-of-another-version.bin"
+    path.rename(path.with_name(other))
+    monkeypatch.setattr(machine_code, "_file_name", lambda: other)
+    monkeypatch.setattr(machine_code, "_loaded", machine_code._Loaded())
+    assert not kernel_state().ready
+
+
+def test_a_process_that_an_upgrade_overtook_compiles_nothing(elsewhere, monkeypatch):
+    monkeypatch.setattr(machine_code, "_sources", lambda: b"those of the next version")
+    monkeypatch.setattr(machine_code, "_compiled", lambda: pytest.fail("compiled"))
+    state = compile_kernel()
+    assert not state.ready
+    assert "start it again" in state.reason
 
 
 def test_where_nothing_can_be_kept_the_kernel_serves_this_process(elsewhere, monkeypatch, tmp_path):
