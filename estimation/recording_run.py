@@ -1,6 +1,6 @@
 """Estimates a whole recording, stretch by stretch, in memory that does not grow with it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,13 @@ from estimation.model_uncertainty import (
     widened,
 )
 from estimation.payload_holds import HoldCollector
-from estimation.run_checks import Findings, frames_to_leave_out, mark_feet, near_singular
+from estimation.run_checks import (
+    Findings,
+    frames_to_leave_out,
+    mark_feet,
+    near_singular,
+    unseen_segments,
+)
 from estimation.run_chunks import Loads, chunk_of, hold_frames, loads_of
 from estimation.run_inputs import of_frames
 from estimation.run_knowledge import joints_known
@@ -33,6 +39,7 @@ from estimation.run_records import (
 )
 from estimation.run_sensors import (
     FEET,
+    HANDS,
     FootFrames,
     body_sensors,
     empty_hands,
@@ -43,7 +50,7 @@ from estimation.run_sensors import (
 from estimation.run_tare import tare_stance
 from estimation.run_words import mass_in_words, settings_in_words
 from estimation.sensors import Measurement, frames_at_fault
-from estimation.spatial import Array, BoolArray, IntArray
+from estimation.spatial import Array, BoolArray, IntArray, times, transposed
 from estimation.stance_calibration import (
     GRAVITY_MS2,
     StanceCalibration,
@@ -71,14 +78,8 @@ class _Part:
     v: Array
     a: Array
     propped: BoolArray
+    unseen: Mapping[str, BoolArray]
     imus: tuple[Measurement, ...]
-
-    @classmethod
-    def of(
-        cls, motion: Motion, rows: IntArray, propped: BoolArray, imus: Sequence[Measurement]
-    ) -> "_Part":
-        whole = cls(motion.time_s, motion.q, motion.v, motion.a, propped, tuple(imus))
-        return whole.select(rows)
 
     def select(self, rows: IntArray) -> "_Part":
         cut = (of_frames(sensor, rows, len(self.time_s)) for sensor in self.imus)
@@ -88,6 +89,7 @@ class _Part:
             self.v[rows],
             self.a[rows],
             self.propped[rows],
+            {name: where[rows] for name, where in self.unseen.items() if np.any(where[rows])},
             tuple(cut),
         )
 
@@ -178,11 +180,22 @@ class RecordingRun:
                 motion.time_s,
                 where,
             )
+        for segment, where in motion.unseen_segments.items():
+            self._findings.mark(
+                f"{segment} was not seen: its joint is not known, and its weight is uncertain to "
+                "all above",
+                motion.time_s,
+                where,
+            )
+        unseen = unseen_segments(motion, self._settings.unobserved)
+        whole = _Part(
+            motion.time_s, motion.q, motion.v, motion.a, known.propped, unseen, tuple(imus)
+        )
         offset = self._given
         self._given += len(motion)
         for start in range(0, len(kept), CHUNK):
             rows = kept[start : start + CHUNK]
-            yield self._chunk(motion, feet, known, imus, rows, offset)
+            yield self._chunk(whole.select(rows), feet, known, rows, offset)
 
     def _check(self, motion: Motion, feet: FootForces | None) -> None:
         if motion.model_dof_names != self._model.dof_names:
@@ -249,14 +262,12 @@ class RecordingRun:
 
     def _chunk(
         self,
-        motion: Motion,
+        part: _Part,
         feet: FootForces | None,
         known: FootFrames,
-        imus: Sequence[Measurement],
         rows: IntArray,
         offset: int,
     ) -> RunChunk:
-        part = _Part.of(motion, rows, known.propped, imus)
         here = None if feet is None else feet.select(rows)
         ground = foot_sensors(here, known.usable[rows], part.q[:, :3])
         balance = known.balance[rows]
@@ -267,9 +278,14 @@ class RecordingRun:
         joints = self._joints(found, part, balance)
         out = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
         empty = np.flatnonzero((state == HandState.FREE) & bearing.known)
-        if len(empty):
-            # With hands known to be empty the arms can be told as well.
-            fewer = [of_frames(sensor, empty, len(rows)) for sensor in ground]
+        if len(empty) and len(self._hands) > 1:
+            # How two hands share does not matter where they bear little at most.
+            fewer: list[Measurement] = [of_frames(sensor, empty, len(rows)) for sensor in ground]
+            light = bearing.select(empty)
+            turn = found.link_rotation[empty][:, [found.link(hand) for hand in HANDS]]
+            pull = light.pull / np.linalg.norm(light.pull, axis=1, keepdims=True)
+            along = times(transposed(turn), pull[:, None])
+            fewer += empty_hands(self._settings, light.mass_kg, light.sd_kg, along)
             again, wider, _ = self._solved(part.select(empty), fewer, ())
             joints = self._joints(again, part.select(empty), balance[empty])
             better = chunk_of(
@@ -278,7 +294,7 @@ class RecordingRun:
                 out.frames[empty],
                 balance[empty],
                 joints,
-                bearing.select(empty),
+                light,
                 state[empty],
                 chance[empty],
             )
@@ -292,9 +308,7 @@ class RecordingRun:
 
     def _joints(self, found: Estimate, part: "_Part", balance: IntArray) -> BoolArray:
         settings = self._settings
-        known = joints_known(
-            found, balance, part.propped, settings.unobserved, settings.known_within_n
-        )
+        known = joints_known(found, balance, part.propped, part.unseen, settings.known_within_n)
         return known[:, self._turning]
 
     def _solved(
@@ -303,11 +317,9 @@ class RecordingRun:
         """Estimates some frames: with bands of noise alone, and with the bands given out."""
         sensors = [
             *ground,
-            *body_sensors(self.tree, self._settings, hands, part.propped),
+            *body_sensors(self.tree, self._settings, hands, part.propped, part.unseen),
             *part.imus,
         ]
-        if self._hands and not hands:
-            sensors.extend(empty_hands(self._settings, len(part.time_s)))
         found = self._estimate(self.tree, part.q, part, sensors, spreads=True)
         for text in found.assumed:
             if text not in self._assumed:

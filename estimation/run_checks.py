@@ -1,6 +1,6 @@
 """What is wrong with a recording, frame by frame: found, named with its times, and left out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -93,6 +93,17 @@ def frames_to_leave_out(motion: Motion, flags: tuple[str, ...]) -> dict[str, Boo
         np.abs(motion.v[:, 3:]) > FASTEST_RAD_S, axis=1
     )
     return {reason: where for reason, where in out.items() if np.any(where)}
+
+
+def unseen_segments(motion: Motion, unobserved: Sequence[str]) -> dict[str, BoolArray]:
+    """Returns segments to the frames ``(n,)`` on which nothing measured their posture.
+
+    Args:
+        motion: its flags say which segments were lost for a while.
+        unobserved: those that nothing ever showed.
+    """
+    never = np.ones(len(motion), dtype=np.bool_)
+    return {**motion.unseen_segments, **dict.fromkeys(unobserved, never)}
 
 
 def near_singular(tree: EstimationTree, q: Array) -> Mapping[str, BoolArray]:

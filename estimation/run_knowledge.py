@@ -1,6 +1,6 @@
 """Which joints' moments can be told, from the spread that is left of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def joints_known(
     estimate: Estimate,
     balance: IntArray,
     propped: BoolArray,
-    unobserved: Sequence[str],
+    unseen: Mapping[str, BoolArray],
     known_within_n: float,
 ) -> BoolArray:
     """Returns ``(n, n_links - 1)`` whether each joint's moment is known.
@@ -44,7 +44,7 @@ def joints_known(
         balance: ``(n,)`` a `Balance` each.
         propped: ``(n,)`` whether a seat or the like bears a part of the person, on the pelvis or
             the thighs, so that the hips are not known.
-        unobserved: segments whose posture nothing measured.
+        unseen: segments to the frames ``(n,)`` on which nothing measured their posture.
         known_within_n: a force at the far end of the limb; a moment less well known than its
             moment is not.
     """
@@ -56,8 +56,8 @@ def joints_known(
     else:
         out &= (balance != Balance.UNKNOWN)[:, None]
     for link, name in enumerate(tree.link_names[1:], 1):
-        if name in unobserved:
-            out[:, link - 1] = False
+        if name in unseen:
+            out[unseen[name], link - 1] = False
     for foot in FEET:
         out[propped, tree.path(tree.link_names.index(foot))[-2] - 1] = False
     split = balance == Balance.SPLIT_UNKNOWN

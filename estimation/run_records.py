@@ -42,7 +42,7 @@ class RunInputError(EstimationError):
 class HandState(IntEnum):
     """What a hand does at a frame."""
 
-    #: It bears nothing.
+    #: No load was found in it.
     FREE = 0
     #: It bears a load.
     LOADED = 1
@@ -73,15 +73,16 @@ class RunSettings:
         definition: which kilograms the payload of each frame is; holds have all three.
         tare_s: start and end, s, of a stretch in which the person stands still and bears nothing:
             body mass is set so that the plates balance there.
-        unobserved: segments whose posture nothing measured.
+        unobserved: segments whose posture nothing ever measured; the motion's flags name those
+            that were lost for a while.
         covariances: of the model's equations and of derived accelerations.
         model_errors: how wrong masses, lengths, angles and plates may be, drawn once a run: bands
             are widened by what follows. None: bands hold the sensors' noise alone.
         hand_force_sd_n: how hard an unmeasured load may push on a free hand, N.
         hand_moment_sd_nm: the same of its moment about the hand's centre, N m: the load's weight
             times how far beside the hand its centre may be.
-        loaded_kg: hands that bear more are loaded; those that bear less are taken to be empty, and
-            the arms' torques are worked out again with that.
+        loaded_kg: hands that bear more are loaded. Those of which this is not sure are taken to
+            bear what may have gone unnoticed, and the arms' torques are worked out again with that.
         least_hold_s: shorter stretches of one state of the hands are no hold.
         known_within_n: a joint whose moment is known no better than if a force of this size were
             missing at the far end of the limb beyond it is marked unknown; so is a payload that is

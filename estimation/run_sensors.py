@@ -1,6 +1,6 @@
 """What a recording says about forces, as measurements of the estimator."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,7 +120,11 @@ def free_hands(settings: RunSettings, has_feet: bool) -> tuple[str, ...]:
 
 
 def body_sensors(
-    tree: EstimationTree, settings: RunSettings, hands: Sequence[str], propped: BoolArray
+    tree: EstimationTree,
+    settings: RunSettings,
+    hands: Sequence[str],
+    propped: BoolArray,
+    unseen: Mapping[str, BoolArray],
 ) -> list[Measurement]:
     """Says what may push on the body but the ground: loads, a seat, and what is not seen.
 
@@ -129,6 +133,7 @@ def body_sensors(
         settings: of the run.
         hands: sides whose hand is free to bear.
         propped: ``(n,)`` frames in which something may push on the pelvis as hard as it likes.
+        unseen: segments to the frames ``(n,)`` on which nothing measured their posture.
     """
     out: list[Measurement] = [
         FreeWrench(HANDS[SIDES.index(side)], settings.hand_force_sd_n, settings.hand_moment_sd_nm)
@@ -136,18 +141,19 @@ def body_sensors(
     ]
     if settings.method != "one_step":
         return out
+    stated = settings.covariances
+    untouched = np.repeat([stated.untouched_force_sd, stated.untouched_moment_sd], 3)
     slack: dict[str, Array] = {}
-    if settings.model_errors is not None:
-        held = settings.covariances.untouched_force_sd
-        moment = PELVIS_LEVER_M * tree.mass_kg * GRAVITY_MS2
-        slack[tree.link_names[0]] = np.array([held] * 3 + [moment] * 3)
-    for link, sd in unseen_wrenches(tree, settings.unobserved).items():
-        slack[link] = np.hypot(slack.get(link, 0.0), sd)
     pelvis = tree.link_names[0]
+    if settings.model_errors is not None:
+        moment = PELVIS_LEVER_M * tree.mass_kg * GRAVITY_MS2
+        slack[pelvis] = np.array([*untouched[:3], moment, moment, moment])
+    for link, sd in unseen_wrenches(tree, tuple(unseen)).items():
+        where = unseen[link]
+        here = sd if np.all(where) else np.where(where[:, None], sd, untouched)
+        slack[link] = np.hypot(slack.get(link, 0.0), here)
     if np.any(propped):
-        stated = settings.covariances
-        force, moment = stated.untouched_force_sd, stated.untouched_moment_sd
-        rest = slack.get(pelvis, np.array([force] * 3 + [moment] * 3))
+        rest = slack.get(pelvis, untouched)
         slack[pelvis] = np.where(propped[:, None], UNMEASURED_SD, rest)
     for link, sd in slack.items():
         variance = sd**2 if sd.ndim == 1 else (sd**2)[:, :, None] * np.eye(6)
@@ -155,11 +161,30 @@ def body_sensors(
     return out
 
 
-def empty_hands(settings: RunSettings, frames: int) -> list[Measurement]:
-    """Says that hands which were found free bear nothing, within what would have been noticed."""
-    force = 0.5 * GRAVITY_MS2 * settings.loaded_kg
-    sd = np.array([force] * 3 + [EMPTY_LEVER_M * force] * 3)
-    return [ForceTorque(hand, np.zeros((frames, 6)), sd**2) for hand in HANDS]
+def empty_hands(
+    settings: RunSettings, mass_kg: Array, sd_kg: Array | None, pull: Array
+) -> list[Measurement]:
+    """Says that hands in which no load was found bear nothing but what may have gone unnoticed.
+
+    Args:
+        settings: of the run.
+        mass_kg: ``(n,)`` kg, what the hands together seem to bear.
+        sd_kg: ``(n,)`` kg, as wide as the bands are, or None.
+        pull: ``(n, 2, 3)`` unit, line along which a load pulls, axes of the right and left hand.
+
+    Derived here: a load of which the balance says ``m +- s`` has the mean square ``m^2 + s^2``, and
+    either hand may bear all of it.
+    """
+    least = 0.5 * settings.loaded_kg
+    spread = 0.0 if sd_kg is None else sd_kg
+    most = np.maximum(mass_kg**2 + np.square(spread), least**2)
+    variance = np.zeros((len(mass_kg), 2, 6, 6))
+    along = pull[..., :, None] * pull[..., None, :]
+    variance[..., :3, :3] = least**2 * np.eye(3) + (most - least**2)[:, None, None, None] * along
+    variance[..., 3:, 3:] = EMPTY_LEVER_M**2 * most[:, None, None, None] * np.eye(3)
+    variance *= GRAVITY_MS2**2
+    nothing = np.zeros((len(mass_kg), 6))
+    return [ForceTorque(hand, nothing, variance[:, side]) for side, hand in enumerate(HANDS)]
 
 
 def unseen_wrenches(tree: EstimationTree, unobserved: Sequence[str]) -> dict[str, Array]:
