@@ -59,6 +59,7 @@ def estimate_take(
     # A second at most, where waiting is no harm; the estimator itself never waits for a compiler.
     compile_kernel()
     body = body_in_motion(take, subject, accept=options.accept)
+    _check_against(body, options)
     feet = FeetOfTake(body, options)
     settings = _settings(options, body)
     run = RecordingRun(body.model, settings)
@@ -118,6 +119,24 @@ def _subject(take: Take, options: EstimateOptions) -> tuple[Subject, dict[str, A
         "sex": options.sex,
     }
     return subject, person
+
+
+def _check_against(body: BodyInMotion, options: EstimateOptions) -> None:
+    """Refuses options that this recording cannot meet, before any work."""
+    faults = []
+    first, last = float(body.time_s[0]), float(body.time_s[-1])
+    tare_s = options.tare_s
+    if tare_s is not None and not (tare_s[0] < last and tare_s[1] > first):
+        expected = f"a stretch of the recording, {first:.2f} to {last:.2f} s"
+        got = f"{tare_s[0]:g} to {tare_s[1]:g} s"
+        faults.append(Fault(pointer("tare_s"), expected, got, "nothing was recorded there"))
+    plates = [] if body.plates is None else [plate.name for plate in body.plates.plates]
+    for name in options.assign:
+        if name not in plates:
+            expected = f"one of the plates: {', '.join(plates) or 'there are none'}"
+            faults.append(Fault(pointer("assign", name), expected, repr(name), "no such plate"))
+    if faults:
+        raise InvalidRequest(f"{body.source}: an option does not fit the recording.", faults)
 
 
 def _settings(options: EstimateOptions, body: BodyInMotion) -> RunSettings:

@@ -23,6 +23,7 @@ from app.problems import (
     TooLarge,
     UnsupportedFormat,
     faults_of_validation,
+    place_of,
 )
 
 _log = logging.getLogger("ergocast")
@@ -118,8 +119,8 @@ def _not_json(why: str) -> InvalidRequest:
 
 
 async def _on_unforeseen(request: Request, error: Exception) -> Response:
-    # The body may hold personal data: log the path and the error's kind, not what was sent.
-    _log.error("%s %s failed: %s", request.method, request.url.path, type(error).__name__)
+    # The body may hold personal data: log where it was raised, not what was sent.
+    _log.error("%s %s failed: %s", request.method, request.url.path, place_of(error))
     return problem_response(
         Internal("The service failed in a way it did not foresee; nothing was stored."),
         request.url.path,

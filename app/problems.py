@@ -11,8 +11,10 @@ The tree (a status and a stable ``slug`` per leaf)::
         ├── Cancelled 409        └── Internal 500
 """
 
+import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 #: Media type of every error body.
@@ -178,8 +180,8 @@ ADVICE: dict[str, str] = {
     "conflict": "Read the resource again: its state has changed or does not allow the action.",
     "too-large": "Send less at once, or start the service with a larger ERGOCAST_MAX_UPLOAD_BYTES "
     "or ERGOCAST_MAX_BODY_BYTES.",
-    "unsupported-format": "Send an MVNX (version 3 or 4) or BVH recording, or an Ergocast model "
-    "file.",
+    "unsupported-format": "Send a motion (MVNX, BVH, or markers as C3D, TRC, CSV, .mat), forces as "
+    "its file of role `grf` (MOT, STO, C3D), or an Ergocast model file.",
     "unauthorized": "Send the header `Authorization: Bearer KEY` with a key from "
     "ERGOCAST_API_KEYS.",
     "forbidden": "A browser page of another site may not use this service.",
@@ -189,6 +191,16 @@ ADVICE: dict[str, str] = {
     "listed under `errors`.",
     "internal": "Try again; if it persists, report it with the operation or request id.",
 }
+
+
+def place_of(error: BaseException) -> str:
+    """Returns an error's kind and where it was raised, for a log: nothing of what it says.
+
+    Messages may hold what a client sent; file names, lines and functions are our own.
+    """
+    frames = traceback.extract_tb(error.__traceback__)[-3:]
+    places = (f"{Path(one.filename).name}:{one.lineno} ({one.name})" for one in reversed(frames))
+    return f"{type(error).__name__} at {', from '.join(places) or 'an unknown place'}"
 
 
 def shorten(value: object, limit: int = 80) -> str:
@@ -218,7 +230,7 @@ def faults_of_validation(
             location = location[1:]
         message = str(error["msg"])
         message = message.removeprefix("Value error, ")
-        expected = message.removeprefix("Input should be ")
+        expected = message.removeprefix("Input should be ").removeprefix("expected ")
         if error["type"] in ("model_type", "dict_type", "model_attributes_type"):
             expected = "an object"
             message = "Input should be an object"

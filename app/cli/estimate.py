@@ -134,6 +134,8 @@ def estimate(
         faults = faults_of_validation(error.errors())
         raise InvalidRequest("What was given cannot be.", faults) from error
     takes = takes_of(files, marker_set, columns)
+    if out is not None:
+        _refuse_shared_folders(out, [take.motion.name for take in takes])
     answers: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as scratch, progress_bar(as_json) as bar:
         for number, take in enumerate(takes):
@@ -155,6 +157,8 @@ def estimate(
                 continue
             finally:
                 bar.remove_task(task)
+                if folder.is_dir() and not any(folder.iterdir()):
+                    folder.rmdir()
             if out is not None:
                 _write(folder, summary)
             answers.append(summary)
@@ -181,6 +185,15 @@ def _plate_and_side(text: str) -> tuple[str, str]:
     if not equals or side not in ("right", "left"):
         raise InvalidRequest(f"--assign {text}: expected a plate and a side, such as 1=right.")
     return plate, side
+
+
+def _refuse_shared_folders(out: Path, names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InvalidRequest(
+                f"--out {out}: expected motions of different names, got {name} "
+                f"{names.count(name)} times: each would write over the one before it."
+            )
 
 
 def _folder(out: Path, name: str) -> Path:

@@ -1,10 +1,11 @@
 """What a client asks of an estimate, and what it gets."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 Side = Literal["right", "left"]
+Instant = Annotated[float, Field(ge=-1e10, le=1e10, allow_inf_nan=False)]
 
 
 class EstimateOptions(BaseModel):
@@ -22,7 +23,7 @@ class EstimateOptions(BaseModel):
     #: Which kilograms the payload over time is; holds have all three.
     definition: Literal["inertial", "vertical", "norm"] = "inertial"
     #: Start and end, s, of a stretch in which the person stands still and bears nothing.
-    tare_s: tuple[float, float] | None = None
+    tare_s: tuple[Instant, Instant] | None = None
     #: Seconds to add to the plates' times; left out, it is estimated where plates have a file of
     #: their own.
     clock_offset_s: float | None = Field(

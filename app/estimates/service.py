@@ -118,6 +118,8 @@ class Estimates:
         identifier = self._identifier(parsed, take)
         home = self._folder / identifier
         if not (home / "item.json").is_file():
+            # What a service that was killed left half-done is begun anew.
+            shutil.rmtree(home, ignore_errors=True)
             home.mkdir(parents=True, exist_ok=True)
             try:
                 self._make(identifier, parsed, take, control)

@@ -13,7 +13,7 @@ from typing import IO, Any
 
 from app.operations.repository import OperationFiles
 from app.operations.schemas import FINAL, Operation, Progress
-from app.problems import Busy, Cancelled, Conflict, Internal, Problem
+from app.problems import Busy, Cancelled, Conflict, Internal, Problem, place_of
 
 _log = logging.getLogger("ergocast")
 
@@ -218,7 +218,7 @@ class Operations:
         except Problem as error:
             problem = error
         except Exception as error:
-            _log.error("operation %s (%s): %s", identifier, operation.kind, type(error).__name__)
+            _log.error("operation %s (%s): %s", identifier, operation.kind, place_of(error))
             problem = Internal("The work failed in a way the service did not foresee.")
         with self._lock:
             self._controls.pop(identifier, None)

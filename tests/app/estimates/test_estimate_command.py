@@ -174,6 +174,16 @@ def test_ctrl_c_says_so_and_leaves_nothing(
     assert not list(tmp_path.rglob("summary.json"))
 
 
+def test_motions_of_one_name_do_not_write_over_each_other(
+    lifting: Lifting, tmp_path: Path, capsys: Capture
+) -> None:
+    twin = tmp_path / "twin" / lifting.motion.name
+    twin.parent.mkdir()
+    twin.write_bytes(lifting.motion.read_bytes())
+    said = failed(capsys, "estimate", lifting.motion, twin, *PERSON, "--out", tmp_path / "out")
+    assert "lift.trc 2 times" in said and not (tmp_path / "out").exists()
+
+
 def test_one_bad_recording_does_not_cost_the_others_theirs(
     lifting: Lifting, tmp_path: Path, capsys: Capture
 ) -> None:

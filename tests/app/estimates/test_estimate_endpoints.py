@@ -211,6 +211,18 @@ def test_a_recording_that_cannot_be_fitted_fails_with_the_reason(
     assert "who.trc" in operation["problem"]["detail"]
 
 
+@pytest.mark.parametrize(
+    ("option", "pointer"),
+    [({"tare_s": [500.0, 502.0]}, "/tare_s"), ({"assign": {"9": "left"}}, "/assign/9")],
+)
+def test_an_option_that_does_not_fit_the_recording_is_named(
+    served: TestClient, recording: str, option: dict[str, Any], pointer: str
+) -> None:
+    operation = ask(served, recording, **option)
+    assert operation["problem"]["type"] == "/problems/invalid-request"
+    assert [fault["pointer"] for fault in operation["problem"]["errors"]] == [pointer]
+
+
 def test_cancelled_work_leaves_nothing(
     api: TestClient, settings: Settings, lifting: Lifting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -234,7 +246,10 @@ def test_cancelled_work_leaves_nothing(
 def test_work_under_way_is_taken_up_after_a_restart(
     settings: Settings, lifting: Lifting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    begun: list[Path] = []
+
     def endless(take: Any, options: Any, folder: Path, progress: Any) -> Any:
+        begun.append(folder)
         while True:
             progress("estimating", 1, 2)
             time.sleep(0.001)
@@ -244,8 +259,14 @@ def test_work_under_way_is_taken_up_after_a_restart(
         with TestClient(create_app(settings), base_url=BASE_URL) as before:
             body = {"recording_id": upload(before, lifting.motion), **PERSON}
             operation = before.post("/v1/estimates", json=body).json()["id"]
+            while not begun:
+                time.sleep(0.001)
+    # What a service leaves that is killed.
+    begun[0].mkdir()
+    (begun[0] / ".part-1.parquet").write_text("half")
 
     def short(take: Any, options: Any, folder: Path, progress: Any) -> Any:
+        assert not any(folder.iterdir())
         raise Cancelled("taken up, with " + take.motion.name)
 
     monkeypatch.setattr(estimates_service, "estimate_take", short)

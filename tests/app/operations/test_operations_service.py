@@ -45,7 +45,9 @@ def test_work_reports_progress_and_its_result(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("request.json"))
 
 
-def test_a_problem_and_an_unforeseen_error_end_as_failed(tmp_path: Path) -> None:
+def test_a_problem_and_an_unforeseen_error_end_as_failed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     operations = Operations(tmp_path)
 
     def refuse(request: object, control: Control) -> str:
@@ -62,6 +64,9 @@ def test_a_problem_and_an_unforeseen_error_end_as_failed(tmp_path: Path) -> None
     assert refused.state == crashed.state == "failed"
     assert refused.problem is not None and refused.problem["detail"] == "the hand cannot get there"
     assert crashed.problem is not None and "secret" not in str(crashed.problem)
+    # The log leads to the line, and says nothing of what was sent.
+    assert "ZeroDivisionError at test_operations_service.py:" in caplog.text
+    assert "secret" not in caplog.text
 
 
 def test_cancel_stops_running_and_waiting_work(tmp_path: Path) -> None:
