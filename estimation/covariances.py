@@ -54,6 +54,8 @@ class ModelCovariances:
 
     def __post_init__(self) -> None:
         """Refuses variances that are not positive."""
+        if not abs(self.prior_mean) < INFINITE:
+            raise CovarianceError("prior_mean", "expected a finite number", self.prior_mean)
         for name in self.__dataclass_fields__:
             value = getattr(self, name)
             if name in ("carried_from_hinges", "prior_mean"):

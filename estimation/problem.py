@@ -182,7 +182,8 @@ def observation(
     place, C = None, np.zeros((len(axes), 3, 6))
     if isinstance(sensor, Accelerometer):
         place = point(sensor, sensor.position, frames)
-        C = np.concatenate([transposed(axes), -transposed(axes) @ skew(place)], axis=-1)
+        turned = -transposed(axes) @ skew(place)
+        C = np.concatenate([np.broadcast_to(transposed(axes), turned.shape), turned], axis=-1)
     else:
         C[..., 3:] = transposed(axes)
     covariance = blocks(sensor, sensor.covariance, frames, 3)

@@ -50,6 +50,8 @@ class EstimationTree:
     def __post_init__(self) -> None:
         """Makes arrays read-only and refuses what is no tree."""
         count = len(self.link_names)
+        # Compiled code trusts these numbers as addresses: nobody changes them afterwards.
+        object.__setattr__(self, "dofs", tuple(_indices(dofs) for dofs in self.dofs))
         if not count == len(self.parents) == len(self.axes) == len(self.dofs):
             raise TreeError(f"tree: expected {count} parents, axes and dofs, one for each link")
         if len(self.joint_names) != count - 1 or len(set(self.link_names)) != count:
@@ -62,6 +64,11 @@ class EstimationTree:
             if len(self.axes[index]) != len(self.dofs[index]) or len(self.axes[index]) > 3:
                 raise TreeError(
                     f"link {self.link_names[index]!r}: expected a degree of freedom for each axis"
+                )
+            if not set(self.axes[index]) <= {0, 1, 2}:
+                raise TreeError(
+                    f"link {self.link_names[index]!r}: expected axes of 0, 1 and 2, got "
+                    f"{self.axes[index]}"
                 )
         if sorted(np.concatenate(self.dofs).tolist()) != list(range(len(self.dof_names))):
             raise TreeError("tree: expected every degree of freedom once")
@@ -93,6 +100,15 @@ class EstimationTree:
         while self.parents[out[-1]] >= 0:
             out.append(self.parents[out[-1]])
         return out
+
+
+def _indices(dofs: IntArray) -> IntArray:
+    out = np.array(dofs)
+    if out.ndim != 1 or (len(out) and out.dtype.kind not in "iu"):
+        raise TreeError(f"tree: expected whole numbers as degrees of freedom, got {dofs!r}")
+    out = out.astype(np.intp)
+    out.flags.writeable = False
+    return out
 
 
 def real_tree(model: HumanModel, frames: Sequence[str] = HAND_FRAMES) -> EstimationTree:

@@ -180,7 +180,10 @@ def on_a_plate(person, scene):
             noise = half @ half.swapaxes(-1, -2) + np.eye(6)
             sensor = ForceTorque("RightFoot", sensor.value, noise, place, turned, "world")
         elif isinstance(sensor, Accelerometer) and sensor.link == "Head":
-            sensor = replace(sensor, covariance=np.eye(3) * rng.uniform(1e-3, 1.0, (21, 1, 1)))
+            noise = np.eye(3) * rng.uniform(1e-3, 1.0, (21, 1, 1))
+            turned = np.linalg.qr(rng.normal(size=(21, 3, 3)))[0]
+            turned *= np.linalg.det(turned)[:, None, None]
+            sensor = replace(sensor, covariance=noise, rotation=turned)
         elif isinstance(sensor, JointAcceleration):
             sensor = replace(sensor, covariance=rng.uniform(1e-3, 1e-2, sensor.value.shape))
         out.append(sensor)

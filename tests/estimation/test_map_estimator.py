@@ -421,7 +421,13 @@ def test_sensors_that_cannot_be_are_refused_by_name(tree, scene, sensor, error, 
 
 
 @pytest.mark.parametrize(
-    "change", [{"dynamics": 0.0}, {"kinematics": -1.0}, {"acceleration_prior": float("inf")}]
+    "change",
+    [
+        {"dynamics": 0.0},
+        {"kinematics": -1.0},
+        {"acceleration_prior": float("inf")},
+        {"prior_mean": float("nan")},
+    ],
 )
 def test_model_covariances_that_cannot_be_are_refused(change):
     with pytest.raises(CovarianceError, match=next(iter(change))):

@@ -96,11 +96,21 @@ def test_frames_the_model_has_not_are_refused(person):
         ({"joint_names": ("a",)}, "one joint above each"),
         ({"parents": (0, *([0] * 24))}, "base first"),
         ({"parents": (-1,)}, "one for each link"),
+        ({"axes": ((), *([(7, -1, 10**9)] * 22), (), ())}, "axes of 0, 1 and 2"),
     ],
 )
 def test_what_is_no_tree_is_refused(person, change, message):
     with pytest.raises(TreeError, match=message):
         dataclasses.replace(real_tree(person), **change)
+
+
+def test_nobody_changes_what_compiled_code_reads_as_addresses(person):
+    tree = real_tree(person)
+    with pytest.raises(ValueError, match="read-only"):
+        tree.dofs[1][0] = 10**9
+    halves = [np.arange(3) + 0.5 if len(dofs) else dofs for dofs in tree.dofs]
+    with pytest.raises(TreeError, match="whole numbers"):
+        dataclasses.replace(tree, dofs=halves)
 
 
 @pytest.mark.parametrize(
