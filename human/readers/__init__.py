@@ -1,6 +1,6 @@
-"""Readers of recordings: MVNX (versions 3 and 4) and BVH (Xsens and CMU style).
+"""Readers of recordings: motions, markers, force plates and tables.
 
-`read_recording` returns a `human.recording.Recording` in house units and axes; `inspect_recording`
+`read_recording` reads MVNX (versions 3 and 4) and BVH (Xsens and CMU style); `inspect_recording`
 says what a file holds; `human.pose.fit_recording` makes a motion of it. `read_markers` and
 `read_plates` read markers and force plates (C3D, TRC, MOT, CSV, .mat), of which `human.markers`
 makes a motion; `inspect_file` says what any of these files holds.

@@ -13,6 +13,7 @@ from human.readers.csv_motive import read_motive_csv
 from human.readers.errors import AmbiguousRecordingError, UnknownFormatError
 from human.readers.opensim_table import plate_forces, read_opensim_table
 from human.readers.read_table import read_table
+from human.readers.sniff import is_c3d
 from human.readers.sniff_table import table_format
 from human.readers.trc import read_trc
 
@@ -24,8 +25,6 @@ _MARKERS: Mapping[MarkerFormat | None, Callable[[Path, str], MarkerRecording]] =
     "motive-csv": read_motive_csv,
 }
 _HEAD_BYTES = 1 << 16
-#: Second byte of every C3D file; the first counts blocks of 512 bytes.
-_C3D_KEY = 0x50
 
 
 def marker_format(path: str | PathLike[str]) -> MarkerFormat | None:
@@ -38,7 +37,7 @@ def marker_format(path: str | PathLike[str]) -> MarkerFormat | None:
             head = stream.read(_HEAD_BYTES)
     except OSError:
         return None
-    if len(head) > 1 and head[1] == _C3D_KEY and head[0] <= 64 and b"\x00" in head:
+    if is_c3d(head):
         return "c3d"
     if head.startswith(b"PathFileType"):
         return "trc"

@@ -8,6 +8,9 @@ from human.readers.errors import TruncatedRecordingError, UnknownFormatError
 Format = Literal["mvnx", "bvh"]
 _HEAD_BYTES = 4096
 _XML_ENCODED_ANGLE = (b"<", b"<\x00", b"\x00<")
+_MARKERS = "It holds markers: read them with `read_markers`, fit a person with `human.markers`."
+#: Second byte of every C3D file; the first counts blocks of 512 bytes.
+_C3D_KEY = 0x50
 
 #: (test on the head, what it is, what to do): formats that people have and that are not read here.
 _OTHERS: tuple[tuple[bytes, str, str], ...] = (
@@ -20,16 +23,17 @@ _OTHERS: tuple[tuple[bytes, str, str], ...] = (
     (b"MATLAB 5.0", "a MATLAB file", "Read it with a column map (`read_table`)."),
     (b"MATLAB 7.3", "a MATLAB file", "Read it with a column map (`read_table`)."),
     (b"\x89HDF", "an HDF5 file", "Read it with a column map (`read_table`)."),
-    (b"Format Version,", "a CSV file of Motive", "Its markers are read by `read_motive_csv`."),
-    (
-        b"PathFileType",
-        "a TRC marker file",
-        "Markers can be inspected, but not yet made a motion; give MVNX or BVH.",
-    ),
+    (b"Format Version,", "a CSV file of Motive", _MARKERS),
+    (b"PathFileType", "a TRC marker file", _MARKERS),
     (b"PK\x03\x04", "a ZIP archive", "Unpack it and give the file inside."),
     (b"\x1f\x8b", "a gzip archive", "Unpack it and give the file inside."),
     (b"{", "JSON", "Give MVNX or BVH."),
 )
+
+
+def is_c3d(head: bytes) -> bool:
+    """Tells a C3D file by its first bytes."""
+    return len(head) > 1 and head[1] == _C3D_KEY and head[0] <= 64 and b"\x00" in head
 
 
 def sniff(path: Path) -> Format:
@@ -50,13 +54,8 @@ def sniff(path: Path) -> Format:
         raise TruncatedRecordingError(path.name, "a recording", "an empty file")
     if text.upper().startswith(b"HIERARCHY"):
         return "bvh"
-    if head[1:2] == b"\x50" and head[:1] and head[0] <= 64 and b"\x00" in head:
-        raise UnknownFormatError(
-            path.name,
-            "MVNX or BVH",
-            "a C3D file",
-            "Markers can be inspected, but not yet made a motion; give MVNX or BVH.",
-        )
+    if is_c3d(head):
+        raise UnknownFormatError(path.name, "MVNX or BVH", "a C3D file", _MARKERS)
     for magic, name, advice in _OTHERS:
         if text.startswith(magic):
             raise UnknownFormatError(path.name, "MVNX or BVH", name, advice)
