@@ -39,7 +39,7 @@ from estimation.errors import (
 )
 from estimation.estimate_record import Estimate, Method
 from estimation.foot_contacts import FootContacts, contacts_of_motion, contacts_of_tracks
-from estimation.foot_force_record import FootForce, FootForces, FootState, PlateStance
+from estimation.foot_force_record import FootForce, FootForces, FootState, PlateStance, PlateZero
 from estimation.foot_forces import feet_from_plates
 from estimation.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
@@ -122,6 +122,7 @@ __all__ = [
     "PayloadHold",
     "PlacementEstimator",
     "PlateStance",
+    "PlateZero",
     "RecordingRun",
     "RunChunk",
     "RunInputError",

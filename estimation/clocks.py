@@ -134,7 +134,7 @@ def _sum_of_plates(plates: PlateForces, weight_n: float, width_s: float) -> tupl
     """Returns the plates' sum over body weight, smoothed, on an even grid of their own clock."""
     mended, _, _ = mended_units(plates, weight_n, lambda _: np.inf)
     nobody = np.zeros(mended.force.shape[:2], dtype=np.bool_)
-    mended, _, _ = tared(mended, weight_n, nobody)
+    mended, *_ = tared(mended, weight_n, nobody)
     count = max(2, int(np.ceil((mended.time_s[-1] - mended.time_s[0]) / _STEP_S)) + 1)
     clock = mended.time_s[0] + _STEP_S * np.arange(count)
     total = mended.force.sum(axis=1) / weight_n

@@ -1,6 +1,7 @@
 """What the ground does to each foot, and where that is not known."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -95,6 +96,19 @@ class PlateStance:
 
 
 @dataclass(frozen=True, slots=True)
+class PlateZero:
+    """What a plate read when nobody stood on it.
+
+    Attributes:
+        time_s: when, on the motion's clock.
+        reading: ``(6,)`` N, N m, world axes, about the plate's origin.
+    """
+
+    time_s: float
+    reading: Array
+
+
+@dataclass(frozen=True, slots=True)
 class FootForces:
     """The wrenches under both feet at the motion's frames.
 
@@ -109,6 +123,7 @@ class FootForces:
         missing_n: ``(frames,)`` N, upward force that the motion needs and no plate bears: what a
             chair, a handrail or the floor beside the plates does; a load in the hands makes it
             negative. None where nobody worked it out.
+        zeros: plate name to the last zero seen, for a stretch that follows.
     """
 
     time_s: Array
@@ -119,6 +134,7 @@ class FootForces:
     assumed: tuple[str, ...]
     findings: tuple[str, ...]
     missing_n: Array | None = None
+    zeros: Mapping[str, PlateZero] = field(default_factory=dict)
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -136,4 +152,5 @@ class FootForces:
             self.assumed,
             self.findings,
             None if self.missing_n is None else self.missing_n[frames],
+            self.zeros,
         )

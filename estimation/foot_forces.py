@@ -7,6 +7,7 @@ rest stays usable.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from estimation.foot_force_record import (
     FootForces,
     FootState,
     PlateStance,
+    PlateZero,
 )
 from estimation.foot_states import foot_states
 from estimation.foot_wrenches import sums_of_feet
@@ -39,6 +41,7 @@ __all__ = [
     "FootForces",
     "FootState",
     "PlateStance",
+    "PlateZero",
     "feet_from_plates",
 ]
 
@@ -58,6 +61,7 @@ def feet_from_plates(
     window_s: float | None = None,
     force_sd_n: float = 2.0,
     moment_sd_nm: float = 1.0,
+    zeros: Mapping[str, PlateZero] = MappingProxyType({}),
 ) -> FootForces:
     """Finds what the ground does to each foot.
 
@@ -72,6 +76,7 @@ def feet_from_plates(
             the motion's provenance says.
         force_sd_n: noise of each component of a plate's force, N.
         moment_sd_nm: noise of each component of its moment about its own origin, N m.
+        zeros: of the plates, from the stretch before this one.
 
     Raises:
         MeasurementError: no plates, plates and motion that share no time, or an assignment to a
@@ -93,7 +98,7 @@ def feet_from_plates(
     contacts = contacts_of_motion(model, motion, meaning="load")
     standing = Standing(motion.time_s, soles_of(model, motion.q), contacts.feet, contacts.floor_m)
     weight = 9.81 * model.total_mass_kg
-    plates, bad, assumed, findings = _put_right(plates, standing, weight)
+    plates, bad, assumed, findings, last = _put_right(plates, standing, weight, zeros)
     loads = loaded_times(plates, standing, assign)
     sums = sums_of_feet(plates, standing, loads, bad)
 
@@ -134,17 +139,18 @@ def feet_from_plates(
         clock_offset_s=clock_offset_s,
         assumed=tuple(assumed),
         findings=tuple(findings),
+        zeros=last,
     )
 
 
 def _put_right(
-    plates: PlateForces, standing: Standing, weight_n: float
-) -> tuple[PlateForces, list[Mask], list[str], list[str]]:
+    plates: PlateForces, standing: Standing, weight_n: float, earlier: Mapping[str, PlateZero]
+) -> tuple[PlateForces, list[Mask], list[str], list[str], dict[str, PlateZero]]:
     """Mends units, signs, spikes, zeros and exchanged plates.
 
     Returns:
         The plates; where they are at their limit and where samples were lost, ``(samples, plates)``
-        each; what was assumed; what does not fit.
+        each; what was assumed; what does not fit; the last zeros.
     """
 
     def from_feet(plates: PlateForces) -> float:
@@ -161,7 +167,7 @@ def _put_right(
         [np.any(stood_on(plates, k, standing)[frame], axis=1) for k in range(len(plates.plates))],
         axis=1,
     )
-    plates, zeros, unchecked = tared(plates, weight_n, over)
+    plates, zeros, unchecked, last = tared(plates, weight_n, over, earlier)
     plates, channels, exchanged = put_back(plates, standing)
     bad = [mask[:, channels] for mask in bad]
-    return plates, bad, [*assumed, *zeros, *exchanged, *unchecked], [*findings, *spikes]
+    return plates, bad, [*assumed, *zeros, *exchanged, *unchecked], [*findings, *spikes], last

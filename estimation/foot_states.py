@@ -20,6 +20,10 @@ SIDES = ("right", "left")
 _ON_PLATES = 0.85
 #: A switch told by movement alone is off by this at most, s.
 _SWITCH_S = 0.1
+#: A sole of which less is over the plates can bear on the floor beside them.
+_OVER_PLATES = 0.5
+#: A foot that is down for so long before and after rests, s.
+_REST_S = 0.2
 #: Which state stays where two plates say different things, by `FootState`.
 _BADNESS = np.array([0, 1, 4, 3, 2])
 
@@ -44,7 +48,7 @@ def foot_states(
     """
     time, lacks = standing.time_s, missing > MISSING_SHARE
     state, findings = _on_plates(plates, standing, loads, lacks)
-    beside = _beside(standing, state, lacks)
+    beside = _beside(standing, state, lacks) | _resting_beside(plates, standing, state)
     beside |= uncovered(plates.time_s, time)[:, None] & standing.down
     for foot, side in enumerate(SIDES):
         for what, samples, words, least_s in (
@@ -104,6 +108,22 @@ def _beside(standing: Standing, state: States, lacks: Mask) -> Mask:
         near = _widened(beside[:, foot], standing.time_s, _SWITCH_S)
         beside[:, foot] |= near & orphan & ~stands[:, foot]
     return beside
+
+
+def _resting_beside(plates: PlateForces, standing: Standing, state: States) -> Mask:
+    """Returns when a foot rests beside the plates ``(frames, 2)``, whatever weight is missing.
+
+    A load in the hands hides what such a foot bears, and it may bear less than would be missed.
+    """
+    time = standing.time_s
+    outlines = [plate.corners for plate in plates.plates if plate.corners is not None]
+    rests: Mask = standing.down & (state == FootState.OFF_GROUND).T
+    if len(outlines) == len(plates.plates):
+        rests &= standing.soles.share_inside(outlines) < _OVER_PLATES
+    for foot in (0, 1):
+        # Movement tells a switch late: only what is far from one counts.
+        rests[:, foot] &= ~_widened(~standing.down[:, foot], time, _REST_S)
+    return rests
 
 
 def _widened(mask: Mask, time_s: Array, margin_s: float) -> Mask:

@@ -3,12 +3,14 @@
 Each function takes plates as read and says in words what it found or mended.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.foot_force_record import PlateZero
 from estimation.spatial import Array
 from human.marker_recording import PlateForces
 
@@ -168,8 +170,11 @@ def _moments_in_newton_metres(
 
 
 def tared(
-    plates: PlateForces, weight_n: float, stood_on: Mask
-) -> tuple[PlateForces, list[str], list[str]]:
+    plates: PlateForces,
+    weight_n: float,
+    stood_on: Mask,
+    earlier: Mapping[str, PlateZero] = MappingProxyType({}),
+) -> tuple[PlateForces, list[str], list[str], dict[str, PlateZero]]:
     """Takes off what plates read while nobody stands on them.
 
     The zero is followed from one unloaded time to the next, along straight lines.
@@ -178,11 +183,12 @@ def tared(
         plates: in N.
         weight_n: of the person, N.
         stood_on: ``(samples, plates)`` where a foot is over the plate.
+        earlier: plate name to the last zero seen before these samples.
 
     Returns:
-        The plates, what was taken off, and which plates could not be checked.
+        The plates, what was taken off, which plates could not be checked, and the last zeros.
     """
-    time, assumed, findings = plates.time_s, [], []
+    time, assumed, findings, last = plates.time_s, [], [], dict(earlier)
     force, moment = plates.force.copy(), plates.moment.copy()
     for k, plate in enumerate(plates.plates):
         low = (np.abs(force[:, k, 2]) < _UNLOADED_SHARE * weight_n) & ~stood_on[:, k]
@@ -191,12 +197,19 @@ def tared(
             for start, end in runs(low)
             if len(part := _inner(time, start, end)) and np.ptp(time[part]) >= _UNLOADED_S
         ]
-        if not quiet:
+        known = [last[plate.name]] if plate.name in last else []
+        if not quiet and not known:
             findings.append(f"plate {plate.name}: never unloaded, so its zero cannot be checked")
             continue
         channels = np.concatenate([force[:, k], moment[:, k]], axis=1)
-        middle = np.array([np.mean(time[part]) for part in quiet])
-        zero = np.array([np.median(channels[part], axis=0) for part in quiet])
+        found = [
+            PlateZero(float(np.mean(time[part])), np.median(channels[part], axis=0))
+            for part in quiet
+        ]
+        found = [zero for zero in known if not found or zero.time_s < found[0].time_s] + found
+        last[plate.name] = found[-1]
+        middle = np.array([zero.time_s for zero in found])
+        zero = np.array([zero.reading for zero in found])
         worst = np.abs(zero).max(axis=0)
         if np.all(worst[:3] < _ZERO_N) and np.all(worst[3:] < _ZERO_NM):
             continue
@@ -209,7 +222,7 @@ def tared(
             f"plate {plate.name}: unloaded it reads {low_z:.1f} N upwards{drifts} and "
             f"{np.max(worst[3:]):.1f} N m at most; taken off"
         )
-    return replace(plates, force=force, moment=moment), assumed, findings
+    return replace(plates, force=force, moment=moment), assumed, findings, last
 
 
 def saturated(plates: PlateForces) -> Mask:

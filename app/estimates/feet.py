@@ -9,7 +9,7 @@ import numpy as np
 from app.estimates.schemas import EstimateOptions
 from app.fitting import BodyInMotion, joined
 from app.problems import InvalidRequest
-from estimation import FootForces, PlateStance, align, feet_from_plates
+from estimation import FootForces, PlateStance, PlateZero, align, feet_from_plates
 from human import Motion
 from human.marker_recording import PlateForces
 
@@ -53,6 +53,7 @@ class FeetOfTake:
                 yield motion, None
             return
         before: Motion | None = None
+        zeros: Mapping[str, PlateZero] = {}
         now, offset = next(motions, None), 0.0
         if now is not None:
             offset = self._clock_offset(now, plates)
@@ -71,7 +72,9 @@ class FeetOfTake:
                 _of_time(plates, float(start), float(end)),
                 clock_offset_s=offset,
                 assign=self.options.assign or None,
+                zeros=zeros,
             )
+            zeros = forces.zeros
             self._remember(forces, float(now.time_s[0]), float(now.time_s[-1]))
             inside = (wide.time_s >= now.time_s[0]) & (wide.time_s <= now.time_s[-1])
             yield now, forces.select(inside)

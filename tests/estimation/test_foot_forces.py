@@ -12,7 +12,7 @@ from human import HumanModel, LocalCubic, Motion
 from human.marker_recording import ForcePlate, PlateForces
 from human.recording import ReadingReport
 from human.rotations import quaternion_multiply, rotation_vector_to_quaternion
-from human.simulate import SensorNoise
+from human.simulate import SensorNoise, operator, simulate_still
 
 from .plate_scene import PlateScene, floor_plate, plate_forces, walking_scene
 
@@ -83,6 +83,24 @@ def test_smoothing_is_that_of_the_derived_accelerations(scene):
         left_over[window_s] = np.sqrt(np.mean((total - needed)[20:-20] ** 2))
     assert left_over[0.2] < 1.0
     assert min(left_over[w] for w in (0.0, 0.1, 0.3)) > 10.0
+
+
+def test_a_zero_holds_on_where_a_plate_is_never_left(scene, rails):
+    off = rails.force.copy()
+    off[:, 0, 2] += 30.0
+    spoilt = replace(rails, force=off)
+    first = found(scene, spoilt)
+    stance = np.flatnonzero(scene.truth[0][:, 2] > 300.0)
+    stance = stance[: np.flatnonzero(np.diff(stance) > 1)[0]]
+    later = scene.motion.select(stance)
+    part = (rails.time_s >= later.time_s[0]) & (rails.time_s <= later.time_s[-1])
+    plates = replace(spoilt, time_s=rails.time_s[part], force=off[part], moment=rails.moment[part])
+    ignorant = feet_from_plates(scene.model, later, plates, window_s=0.0)
+    assert any("plate 1: never unloaded" in words for words in ignorant.assumed)
+    told = feet_from_plates(scene.model, later, plates, window_s=0.0, zeros=first.zeros)
+    error = np.abs(told.right.wrench[:, 2] - scene.truth[0][stance, 2])
+    assert np.max(error) < 8.0
+    assert told.zeros["1"].reading == pytest.approx(first.zeros["1"].reading)
 
 
 def test_zeros_that_drift_are_taken_off_and_said(scene, rails):
@@ -193,6 +211,23 @@ def test_feet_beside_the_plates_are_not_known_and_the_others_stay(scene):
         assert wrong.mean() < 0.02
     assert np.mean(feet.known) > 0.1
     assert any("stands on no plate" in text for text in feet.findings)
+
+
+def test_a_foot_that_rests_beside_the_plates_is_unknown_whatever_the_hands_hide(person):
+    """A sixth of the weight on the floor is as much as the box in the hands: none is missing."""
+    rng = np.random.default_rng(0)
+    still = simulate_still(
+        person,
+        operator("average", rng, person),
+        load_kg={"RightHandCOM": 6.0, "LeftHandCOM": 6.0},
+        rate_hz=50.0,
+    )
+    right, left = still.truth.dynamics.feet
+    borne = right * (1.0 + 0.65 * left[:, 2:3] / right[:, 2:3])
+    plates = plate_forces(still.motion.time_s, RAILS[:1], borne[:, None])
+    feet = feet_from_plates(person, still.motion, plates, window_s=0.0)
+    assert np.all(feet.right.state == FootState.MEASURED)
+    assert np.all(feet.left.state == FootState.UNMEASURED)
 
 
 def test_a_foot_that_rolls_from_plate_to_plate_has_the_sum_of_all(scene):
