@@ -24,7 +24,7 @@ from app.fitting import (
 from app.problems import Fault, InvalidRequest, Unreadable, pointer
 from app.takes import Take
 from app.version import VERSION
-from estimation import ModelErrors, RecordingRun, RunSettings, compile_kernel
+from estimation import ModelErrors, RecordingRun, RunInputError, RunSettings, compile_kernel
 from human import Subject, SubjectError, to_urdf
 
 #: Told what is being done, frames done and frames in all.
@@ -81,9 +81,10 @@ def estimate_take(
                     writer.append(columns_of(chunk, motion, forces, *names))
                 written += len(chunk)
                 tell(f"estimating {take.motion.name}", min(written, total), total)
-        summary = run.finish()
-        if not writer.rows:
-            raise Unreadable(f"{take.motion.name}: no frame could be estimated.")
+        try:
+            summary = run.finish()
+        except RunInputError as error:
+            raise Unreadable(f"{take.motion.name}: {error}") from error
     write_bytes(folder / BODY, to_urdf(body.model).encode())
     tell(f"estimating {take.motion.name}", total, total)
     return {

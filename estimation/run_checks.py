@@ -17,6 +17,8 @@ FASTEST_RAD_S, FASTEST_RAD_S2, HARDEST_MS2 = 60.0, 5000.0, 1000.0
 #: Nearer than this to a right angle the middle one of three axes leaves the outer two all but
 #: parallel.
 NEAR_SINGULAR_DEG = 5.0
+#: Flags of motions, as a reader understands them.
+_FLAG_WORDS = {"weak_derivative": "too few frames in a row to derive accelerations from"}
 #: Stretches named one by one in a finding.
 _NAMED = 3
 
@@ -82,7 +84,7 @@ def frames_to_leave_out(motion: Motion, flags: tuple[str, ...]) -> dict[str, Boo
     out: dict[str, BoolArray] = {}
     for name in flags:
         if name in motion.flags:
-            out[f"flagged {name!r}"] = np.asarray(motion.flags[name])
+            out[_FLAG_WORDS.get(name, f"flagged {name!r}")] = np.asarray(motion.flags[name])
     limits = np.concatenate(
         [np.full(3, HARDEST_MS2), np.full(motion.a.shape[1] - 3, FASTEST_RAD_S2)]
     )

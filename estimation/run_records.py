@@ -106,7 +106,7 @@ class RunSettings:
     loaded_kg: float = 0.5
     least_hold_s: float = 1.0
     known_within_n: float = 30.0
-    leave_out_flags: tuple[str, ...] = ("unfitted",)
+    leave_out_flags: tuple[str, ...] = ("unfitted", "weak_derivative")
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -184,6 +184,17 @@ def test_motions_of_one_name_do_not_write_over_each_other(
     assert "lift.trc 2 times" in said and not (tmp_path / "out").exists()
 
 
+def test_accelerations_that_no_frames_show_are_not_taken_to_be_zero(
+    lifting: Lifting, tmp_path: Path, capsys: Capture
+) -> None:
+    few = tmp_path / "few.trc"
+    head_and_two_frames = lifting.motion.read_text().splitlines()[:8]
+    few.write_text("\n".join(head_and_two_frames) + "\n")
+    said = failed(capsys, "estimate", few, *PERSON, "--out", tmp_path / "out")
+    assert "few.trc" in said and "too few frames in a row to derive accelerations" in said
+    assert not list(tmp_path.rglob("*.parquet"))
+
+
 def test_one_bad_recording_does_not_cost_the_others_theirs(
     lifting: Lifting, tmp_path: Path, capsys: Capture
 ) -> None:
