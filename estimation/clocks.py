@@ -12,7 +12,7 @@ from estimation.errors import MeasurementError
 from estimation.plate_faults import mended_units, tared
 from estimation.plate_smoothing import resampled, smoothing_width_s
 from estimation.required_wrench import required_wrench
-from estimation.spatial import Array
+from estimation.spatial import GRAVITY_MS2, Array
 from human import HumanModel, Motion
 from human.marker_recording import PlateForces
 
@@ -90,7 +90,7 @@ def align(
             f"clocks: expected plates and a positive most_s, got {len(plates.plates)} plates and "
             f"{most_s:g} s"
         )
-    weight = 9.81 * model.total_mass_kg
+    weight = GRAVITY_MS2 * model.total_mass_kg
     needed = required_wrench(model, motion)[:, :3] / weight
     summed, clock = _sum_of_plates(plates, weight, smoothing_width_s(motion, window_s))
     reach = round(most_s / _STEP_S)

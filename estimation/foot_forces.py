@@ -31,6 +31,7 @@ from estimation.plate_spikes import without_spikes
 from estimation.plate_stances import Standing, loaded_times, stood_on
 from estimation.required_wrench import required_wrench
 from estimation.soles import soles_of
+from estimation.spatial import GRAVITY_MS2
 from estimation.swapped_plates import distances_m, put_back
 from human import HumanModel, Motion
 from human.marker_recording import PlateForces
@@ -97,7 +98,7 @@ def feet_from_plates(
         )
     contacts = contacts_of_motion(model, motion, meaning="load")
     standing = Standing(motion.time_s, soles_of(model, motion.q), contacts.feet, contacts.floor_m)
-    weight = 9.81 * model.total_mass_kg
+    weight = GRAVITY_MS2 * model.total_mass_kg
     plates, bad, assumed, findings, last = _put_right(plates, standing, weight, zeros)
     loads = loaded_times(plates, standing, assign)
     sums = sums_of_feet(plates, standing, loads, bad)

@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from estimation.errors import IllConditionedError, MeasurementError
-from human.rotations import skew
-
-Array = NDArray[np.float64]
+from estimation.spatial import GRAVITY_MS2, Array, skew
 
 #: World axes, m/s^2.
-_GRAVITY = np.array([0.0, 0.0, -9.81])
+_GRAVITY = np.array([0.0, 0.0, -GRAVITY_MS2])
 #: Relative size of a singular value that is put down to rounding.
 _ROUNDING = 1e-12
 

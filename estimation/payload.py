@@ -10,9 +10,8 @@ from scipy.special import ndtri
 from estimation.errors import MissingMeasurementError
 from estimation.estimate_record import Bands, Estimate
 from estimation.norm_quantiles import norm_quantiles
-from estimation.spatial import Array, BoolArray, times
+from estimation.spatial import GRAVITY_MS2, Array, BoolArray, times
 
-GRAVITY_MS2 = 9.81
 Definition = Literal["inertial", "vertical", "norm"]
 #: A hand's force is told apart if its spread fell below this share of the widest one beforehand.
 TOLD_APART = 0.3

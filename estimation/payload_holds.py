@@ -6,9 +6,9 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from estimation.norm_quantiles import norm_quantiles
-from estimation.payload import GRAVITY_MS2, Definition
+from estimation.payload import Definition
 from estimation.run_records import QUANTILES, HandState, HoldMass, PayloadHold
-from estimation.spatial import Array, BoolArray, IntArray, inverse, times
+from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, inverse, times
 
 #: So much after a change of state, and before the next, the load may be half borne, s.
 SETTLE_S = 0.4

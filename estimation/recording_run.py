@@ -50,9 +50,8 @@ from estimation.run_sensors import (
 from estimation.run_tare import tare_stance
 from estimation.run_words import mass_in_words, settings_in_words
 from estimation.sensors import Measurement, frames_at_fault
-from estimation.spatial import Array, BoolArray, IntArray, times, transposed
+from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, times, transposed
 from estimation.stance_calibration import (
-    GRAVITY_MS2,
     StanceCalibration,
     with_mass,
 )
@@ -387,7 +386,7 @@ class RecordingRun:
         """
         if not self._frames:
             why = "; ".join(self._findings.texts()) or "none was added"
-            raise RunInputError(f"run: expected at least one frame to estimate, got none: {why}")
+            raise RunInputError(f"expected at least one frame to estimate, got none: {why}")
         self._holds.extend(self._collector.close())
         gaps = np.concatenate(self._gaps)
         gap = None

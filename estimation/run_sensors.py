@@ -8,7 +8,7 @@ import numpy as np
 from estimation.foot_force_record import FootForce, FootForces, FootState
 from estimation.run_records import SIDES, Balance, RunSettings
 from estimation.sensors import ACCEPTED_VARIANCE, ForceTorque, FreeWrench, Measurement
-from estimation.spatial import Array, BoolArray, IntArray, cross
+from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, cross
 from estimation.tree import EstimationTree
 
 FEET = ("RightFoot", "LeftFoot")
@@ -24,7 +24,6 @@ PELVIS_LEVER_M = 0.02
 UNSEEN_TURNING = 5.0
 #: How far beside the hand's centre an unnoticed load may push, m.
 EMPTY_LEVER_M = 0.1
-GRAVITY_MS2 = 9.81
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
+#: What a kilogram at rest weighs, N: that of `human.dynamics.GRAVITY`.
+GRAVITY_MS2 = 9.81
+
 
 def skew(vector: Array) -> Array:
     """Returns the cross-product matrices ``(..., 3, 3)`` of vectors ``(..., 3)``."""

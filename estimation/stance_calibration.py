@@ -9,10 +9,9 @@ import numpy as np
 
 from estimation.errors import MeasurementError, TreeError
 from estimation.estimate_record import Estimate
-from estimation.spatial import Array, times
+from estimation.spatial import GRAVITY_MS2, Array, times
 from estimation.tree import EstimationTree
 
-GRAVITY_MS2 = 9.81
 #: Standing still: the residual may vary so much from frame to frame, N.
 STILL_N = 30.0
 

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation.errors import MeasurementError
-from estimation.spatial import Array, cross, motion_transform, times, transposed
+from estimation.spatial import GRAVITY_MS2, Array, cross, motion_transform, times, transposed
 from estimation.tree import BASE_NQ, BASE_NV, EstimationTree
 from human.rotations import quaternion_to_matrix
 
-#: World axes, m/s^2.
-GRAVITY = np.array([0.0, 0.0, -9.81])
 _NORM_TOLERANCE = 1e-6
 
 
@@ -172,7 +170,7 @@ def proper_acceleration(rotation: Array, v: Array, a: Array) -> Array:
     """The same from the base's axes in the world ``(frames, 3, 3)`` alone."""
     out = a[:, :6].copy()
     out[:, :3] += cross(v[:, 3:6], v[:, :3])
-    out[:, :3] -= rotation[:, 2] * GRAVITY[2]
+    out[:, :3] += rotation[:, 2] * GRAVITY_MS2
     return out
 
 
