@@ -21,6 +21,7 @@ from human.markers import (
 from human.names import JOINT_OF_SEGMENT
 from human.pose import fit_recording
 from human.readers import (
+    TablePart,
     marker_format,
     read_marker_set,
     read_markers,
@@ -128,7 +129,8 @@ def body_in_motion(
         return _skeleton(take, who, accept, window_s)
     if kind in ("csv", "mat") and take.columns is not None:
         columns = take.columns.path
-        table = _named(take.motion, lambda: read_table(take.motion.path, columns))
+        only: tuple[TablePart, ...] = ("markers", "joints") if take.grf else ()
+        table = _named(take.motion, lambda: read_table(take.motion.path, columns, only))
         if table.joints is not None and table.joints.joint_names and table.markers is None:
             return _log(take, table.joints, table.plates, who, window_s)
     return _markers(take, who, accept, window_s)
@@ -177,7 +179,8 @@ def _named(part: Part, read: Callable[[], T]) -> T:
 
 def _marker_recording(part: Part, take: Take) -> MarkerRecording:
     columns = take.columns.path if take.columns else None
-    return _named(part, lambda: read_markers(part.path, columns))
+    apart = take.grf is not None or take.static_grf is not None
+    return _named(part, lambda: read_markers(part.path, columns, plates_apart=apart))
 
 
 def _plates(part: Part, take: Take) -> PlateForces:
@@ -249,11 +252,9 @@ def _log(
 
 
 def _stretches(motion: Motion, window_s: float) -> Iterator[Motion]:
-    time_s = motion.time_s
-    for start in np.arange(time_s[0], time_s[-1] + window_s, window_s):
-        frames = (time_s >= start) & (time_s < start + window_s)
-        if np.any(frames):
-            yield motion.select(frames)
+    number = np.floor((motion.time_s - motion.time_s[0]) / window_s)
+    for frames in np.split(np.arange(len(motion)), np.flatnonzero(np.diff(number)) + 1):
+        yield motion.select(frames)
 
 
 def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> BodyInMotion:

@@ -9,7 +9,7 @@ makes a motion; `inspect_file` says what any of these files holds.
 from human.readers.axes import UNITS_M
 from human.readers.bvh_writer import write_bvh
 from human.readers.c3d import read_c3d
-from human.readers.column_map import ColumnMap, read_column_map
+from human.readers.column_map import ColumnMap, TablePart, read_column_map
 from human.readers.column_records import TableRecording
 from human.readers.csv_motive import read_motive_csv
 from human.readers.errors import (
@@ -40,6 +40,7 @@ __all__ = [
     "MarkerInspection",
     "OpenSimTable",
     "RecordingFileError",
+    "TablePart",
     "TableRecording",
     "TruncatedRecordingError",
     "UnknownFormatError",

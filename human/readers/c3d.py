@@ -6,10 +6,7 @@ seen, and the clocks of both.
 """
 
 import json
-import subprocess
-import sys
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -22,15 +19,14 @@ from human.readers.checks import errors_first
 from human.readers.errors import (
     AmbiguousRecordingError,
     MalformedRecordingError,
-    UnsafeRecordingError,
 )
+from human.readers.files import refuse_large
 from human.readers.marker_axes import resolve_up
+from human.readers.parser_process import parsed_apart
 from human.recording import Finding, ReadingReport
 
 Array = NDArray[np.float64]
 
-_LARGEST_BYTES = 1 << 30
-_LONGEST_S = 120
 _PLATE_TYPES = (1, 2, 3, 4)
 #: Groups of results that programs write beside the markers, as if they were points.
 _RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
@@ -51,10 +47,7 @@ def read_c3d(
     Raises:
         RecordingFileError: the file is damaged, or units or axes cannot be told.
     """
-    if path.stat().st_size > _LARGEST_BYTES:
-        raise UnsafeRecordingError(
-            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
-        )
+    refuse_large(path)
     check_layout(path.read_bytes(), path.name)
     arrays, meta = _parse(path)
     point = meta["parameters"]["POINT"]
@@ -92,26 +85,8 @@ def read_c3d(
 
 
 def _parse(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Has another process parse the file: one that contradicts itself can end the parser's."""
-    with TemporaryDirectory() as folder:
-        out = Path(folder) / "parsed.npz"
-        script = Path(__file__).with_name("c3d_parse.py")
-        # -P: the script's own folder must not shadow modules of the standard library.
-        command = [sys.executable, "-P", str(script), str(path.resolve()), str(out)]
-        try:
-            ended = subprocess.run(command, capture_output=True, timeout=_LONGEST_S, check=False)
-        except subprocess.TimeoutExpired as problem:
-            raise MalformedRecordingError(
-                path.name, f"a C3D file that parses within {_LONGEST_S} s", "a longer one"
-            ) from problem
-        if ended.returncode != 0 or not out.is_file():
-            last = ended.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise MalformedRecordingError(
-                path.name, "a C3D file", last[0][:200] if last else "one that ends the parser",
-                "Export it again from the program that recorded it.",
-            )  # fmt: skip
-        with np.load(out, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+    advice = "Export it again from the program that recorded it."
+    arrays = parsed_apart(path, "c3d_parse.py", "a C3D file", advice)
     return arrays, json.loads(str(arrays.pop("meta")))
 
 

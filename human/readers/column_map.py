@@ -8,9 +8,9 @@ three columns are wanted a .mat matrix may be named as a whole.
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 from human.readers.axes import UNITS_M
 from human.readers.errors import MalformedRecordingError, UnsafeRecordingError
@@ -30,6 +30,12 @@ _UNITS: Mapping[str, Mapping[str, float]] = {
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 
 Columns = tuple[str, ...]
+#: What may stand in a file of its own.
+TablePart = Literal["markers", "plates", "joints"]
+_PART_OF: Mapping[str, TablePart] = {
+    "markers": "markers", "plates": "plates", "joints": "joints", "base": "joints",
+    "standing_on": "joints", "accelerometers": "joints", "wrenches": "joints",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +114,19 @@ class ColumnMap:
                 "Lengths, angles, forces and moments need a stated unit.",
             )  # fmt: skip
         return self.units[kind]
+
+    def only(self, *parts: TablePart) -> "ColumnMap":
+        """Returns the map without what stands in other files.
+
+        Raises:
+            MalformedRecordingError: nothing is left.
+        """
+        empty = ColumnMap(self.source, self.time, self.rate_hz)
+        gone = [one.name for one in fields(self) if _PART_OF.get(one.name, parts[0]) not in parts]
+        out = replace(self, **{name: getattr(empty, name) for name in gone})
+        if out.markers is None and set(out.columns()) <= {out.time}:
+            raise MalformedRecordingError(f"{self.source}", " or ".join(parts), "none")
+        return out
 
     def columns(self) -> Iterator[str]:
         """Yields every column that is named, markers given by a pattern left out."""

@@ -13,12 +13,11 @@ from human.readers.column_records import TableRecording, records, with_markers_n
 from human.readers.errors import (
     MalformedRecordingError,
     TruncatedRecordingError,
-    UnsafeRecordingError,
 )
+from human.readers.files import refuse_large
 
 Array = NDArray[np.float64]
 
-_LARGEST_BYTES = 1 << 30
 _DELIMITERS = ",;\t"
 _EMPTY = {"", "nan", "na", "n/a", "none", "null"}
 
@@ -61,10 +60,7 @@ def csv_header(path: Path, columns: ColumnMap | None = None) -> tuple[list[str],
     Raises:
         RecordingFileError: the file is too large or has no such line.
     """
-    if path.stat().st_size > _LARGEST_BYTES:
-        raise UnsafeRecordingError(
-            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
-        )
+    refuse_large(path)
     line_number = columns.header_line if columns else 1
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         line = ""

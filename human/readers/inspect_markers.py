@@ -4,7 +4,6 @@ Such files hold no skeleton, so they have an inspection of their own; `human.mar
 of them.
 """
 
-import hashlib
 from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,6 +15,7 @@ from human.markers.recognise import recognise_marker_set
 from human.readers.c3d import read_c3d
 from human.readers.csv_motive import read_motive_csv
 from human.readers.csv_table import csv_header
+from human.readers.files import sha256_of
 from human.readers.inspect import Inspection, inspect_recording
 from human.readers.marker_files import MarkerFormat, marker_format
 from human.readers.mat_table import mat_arrays
@@ -90,8 +90,7 @@ def inspect_file(path: str | PathLike[str]) -> Inspection | MarkerInspection:
     kind = marker_format(file)
     if kind is None:
         return inspect_recording(file)
-    with file.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = sha256_of(file)
     if kind == "opensim-table":
         return _of_table(read_opensim_table(file), digest)
     if kind in ("csv", "mat"):

@@ -1,6 +1,5 @@
 """Doors to files of markers and of force plates, whatever their format."""
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
@@ -9,8 +8,10 @@ from typing import Literal
 
 from human.marker_recording import MarkerRecording, PlateForces
 from human.readers.c3d import read_c3d
+from human.readers.column_map import TablePart
 from human.readers.csv_motive import read_motive_csv
 from human.readers.errors import AmbiguousRecordingError, UnknownFormatError
+from human.readers.files import sha256_of
 from human.readers.opensim_table import plate_forces, read_opensim_table
 from human.readers.read_table import read_table
 from human.readers.sniff import is_c3d
@@ -46,13 +47,17 @@ def marker_format(path: str | PathLike[str]) -> MarkerFormat | None:
 
 
 def read_markers(
-    path: str | PathLike[str], columns: str | PathLike[str] | None = None
+    path: str | PathLike[str],
+    columns: str | PathLike[str] | None = None,
+    *,
+    plates_apart: bool = False,
 ) -> MarkerRecording:
     """Reads markers, and the force plates of the same file if it has any.
 
     Args:
         path: a C3D or TRC file, Motive's CSV, or with a column map any CSV or .mat file.
         columns: the column map; see `read_column_map`.
+        plates_apart: the plates that the column map names stand in another file.
 
     Raises:
         RecordingFileError: the file is of another format, damaged, or holds no markers.
@@ -60,14 +65,14 @@ def read_markers(
     file = Path(path)
     kind = marker_format(file)
     if kind in ("csv", "mat"):
-        table = read_table(file, _needed(columns, file))
+        only: tuple[TablePart, ...] = ("markers",) if plates_apart else ()
+        table = read_table(file, _needed(columns, file), only)
         if table.markers is None:
             raise UnknownFormatError(file.name, "markers in the column map", "none")
         return replace(table.markers, plates=table.plates)
     if kind not in _MARKERS:
         raise UnknownFormatError(file.name, "markers: C3D, TRC, CSV or .mat", "another file")
-    with file.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = sha256_of(file)
     return _MARKERS[kind](file, digest)
 
 
@@ -92,7 +97,7 @@ def read_plates(
     elif kind == "c3d":
         plates = read_c3d(file).plates
     elif kind in ("csv", "mat"):
-        plates = read_table(file, _needed(columns, file)).plates
+        plates = read_table(file, _needed(columns, file), ("plates",)).plates
     if plates is None:
         raise UnknownFormatError(
             file.name, "force plates: MOT, STO, C3D with plates, CSV or .mat", "none",

@@ -7,23 +7,20 @@ then the column map must say the rate.
 
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
 from human.readers.column_map import ColumnMap
 from human.readers.column_records import TableRecording, records, with_markers_named
-from human.readers.errors import MalformedRecordingError, UnsafeRecordingError
+from human.readers.errors import MalformedRecordingError
+from human.readers.files import refuse_large
+from human.readers.parser_process import parsed_apart
 
 Array = NDArray[np.float64]
 
-_LARGEST_BYTES = 1 << 30
-_LONGEST_S = 120
 _ROW = re.compile(r"(?P<name>.+)\[(?P<row>[1-9][0-9]{0,5})\]")
 
 
@@ -70,30 +67,10 @@ def mat_arrays(path: Path) -> Mapping[str, Array]:
     Raises:
         RecordingFileError: the file is damaged or too large.
     """
-    if path.stat().st_size > _LARGEST_BYTES:
-        raise UnsafeRecordingError(
-            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
-        )
-    with TemporaryDirectory() as folder:
-        out = Path(folder) / "parsed.npz"
-        script = Path(__file__).with_name("mat_parse.py")
-        # -P: the script's own folder must not shadow modules of the standard library.
-        command = [sys.executable, "-P", str(script), str(path.resolve()), str(out)]
-        try:
-            ended = subprocess.run(command, capture_output=True, timeout=_LONGEST_S, check=False)
-        except subprocess.TimeoutExpired as problem:
-            raise MalformedRecordingError(
-                path.name, f"a .mat file that parses within {_LONGEST_S} s", "a longer one"
-            ) from problem
-        if ended.returncode != 0 or not out.is_file():
-            last = ended.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise MalformedRecordingError(
-                path.name, "a .mat file", last[0][:200] if last else "one that ends the parser",
-                "Save it again from MATLAB.",
-            )  # fmt: skip
-        with np.load(out, allow_pickle=False) as stored:
-            names = json.loads(str(stored["names"]))
-            return {name: stored[f"a{k}"] for k, name in enumerate(names)}
+    refuse_large(path)
+    stored = parsed_apart(path, "mat_parse.py", "a .mat file", "Save it again from MATLAB.")
+    names = json.loads(str(stored["names"]))
+    return {name: stored[f"a{k}"] for k, name in enumerate(names)}
 
 
 def _array(arrays: Mapping[str, Array], name: str, source: str) -> Array:

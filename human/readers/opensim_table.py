@@ -18,14 +18,13 @@ from human.readers.checks import checked_times, errors_first, find_gaps
 from human.readers.errors import (
     MalformedRecordingError,
     TruncatedRecordingError,
-    UnsafeRecordingError,
 )
+from human.readers.files import refuse_large
 from human.readers.marker_axes import up_axis, z_up
 from human.recording import Finding, ReadingReport
 
 Array = NDArray[np.float64]
 
-_LARGEST_BYTES = 1 << 30
 _MOST_HEADER_LINES = 500
 #: ground_force_1_vx, 1_ground_force_px, ground_torque_1_x, ground_force_l_mz, ground_moment_r_my
 _PLATE_COLUMN = re.compile(
@@ -61,10 +60,7 @@ def read_opensim_table(path: Path) -> OpenSimTable:
     Raises:
         RecordingFileError: the header does not end, columns do not fit, or times do not increase.
     """
-    if path.stat().st_size > _LARGEST_BYTES:
-        raise UnsafeRecordingError(
-            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
-        )
+    refuse_large(path)
     with path.open(encoding="utf-8", errors="replace") as stream:
         head = _header(stream)
         if head is None:

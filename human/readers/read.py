@@ -1,10 +1,10 @@
 """The door: one call for every format."""
 
-import hashlib
 from os import PathLike
 from pathlib import Path
 
 from human.readers.bvh import read_bvh
+from human.readers.files import sha256_of
 from human.readers.mvnx import read_mvnx
 from human.readers.sniff import sniff
 from human.recording import Recording
@@ -34,6 +34,5 @@ def read_recording(
     """
     file = Path(path)
     read = _READERS[sniff(file)]
-    with file.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = sha256_of(file)
     return read(file, digest, units, up)

@@ -21,15 +21,14 @@ from human.readers.errors import (
     AmbiguousRecordingError,
     MalformedRecordingError,
     TruncatedRecordingError,
-    UnsafeRecordingError,
 )
+from human.readers.files import refuse_large
 from human.readers.marker_axes import resolve_up
 from human.readers.row_store import RowStore
 from human.recording import Finding, ReadingReport
 
 Array = NDArray[np.float64]
 
-_LARGEST_BYTES = 1 << 30
 _HEADER_LINES = 5
 _BLOCK_ROWS = 2048
 _SAMPLE_FRAMES = 5000
@@ -50,10 +49,7 @@ def read_trc(
     Raises:
         RecordingFileError: the file is damaged or its units are unknown.
     """
-    if path.stat().st_size > _LARGEST_BYTES:
-        raise UnsafeRecordingError(
-            path.name, "less than 1 GiB", f"{path.stat().st_size} bytes", "Split the file."
-        )
+    refuse_large(path)
     with path.open(encoding="utf-8", errors="replace") as stream:
         head = [line.rstrip("\r\n") for line in islice(stream, _HEADER_LINES)]
         if len(head) < _HEADER_LINES:

@@ -16,6 +16,8 @@ from human.readers import (
     RecordingFileError,
     UnknownFormatError,
     inspect_file,
+    read_markers,
+    read_plates,
     read_table,
 )
 
@@ -239,6 +241,30 @@ def test_what_does_not_fit_is_refused_with_its_place(
     path = write_csv(tmp_path / "a.csv", table() | columns)
     with pytest.raises(RecordingFileError, match=message):
         read_table(path, write_map(tmp_path / "m.json", **changes))
+
+
+def test_markers_and_plates_may_stand_in_files_of_their_own(tmp_path: Path) -> None:
+    columns = table()
+    forces = {kind + axis for kind in "fmp" for axis in "xyz"}
+    one_map = tmp_path / "map.json"
+    one_map.write_text(json.dumps(MAP))
+    whole = write_csv(tmp_path / "all.csv", columns)
+    seen = write_csv(
+        tmp_path / "seen.csv", {k: v for k, v in columns.items() if k not in forces - {"t"}}
+    )
+    felt = write_csv(tmp_path / "felt.csv", {k: columns[k] for k in ("t", *forces)})
+    markers = read_markers(seen, one_map, plates_apart=True)
+    assert np.array_equal(markers.position, read_markers(whole, one_map).position)
+    assert markers.plates is None
+    apart, together = read_plates(felt, one_map), read_plates(whole, one_map)
+    assert np.array_equal(apart.force, together.force)
+    assert np.array_equal(apart.moment, together.moment)
+    # Only where they are said to be elsewhere: a column that is written wrongly is still named.
+    with pytest.raises(MalformedRecordingError, match="'fx' once"):
+        read_markers(seen, one_map)
+    one_map.write_text(json.dumps({k: v for k, v in MAP.items() if k != "plates"}))
+    with pytest.raises(MalformedRecordingError, match=r"map\.json.*plates.*none"):
+        read_plates(felt, one_map)
 
 
 def test_damaged_files_and_other_formats(tmp_path: Path) -> None:
