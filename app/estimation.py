@@ -30,6 +30,8 @@ from human import Subject, SubjectError, to_urdf
 #: Told what is being done, frames done and frames in all.
 Progress = Callable[[str, int, int], None]
 
+#: Body mass index, kg/m^2, that plates are believed without being told the person's mass.
+_STANDING_INDEX = (15.0, 50.0)
 SERIES, BODY = "series.parquet", "body.urdf"
 
 
@@ -105,6 +107,14 @@ def _subject(take: Take, options: EstimateOptions) -> tuple[Subject, dict[str, A
         fault = Fault(
             pointer("mass_kg"), "body mass in kg, or a static trial on plates", "neither",
             "a kilogram too little in the body is a kilogram too much in the hands",
+        )  # fmt: skip
+        raise InvalidRequest(f"{take.motion.name}: the person's mass is needed.", [fault])
+    low, high = (index * options.height_m**2 for index in _STANDING_INDEX)
+    if options.mass_kg is None and not low <= mass <= high:
+        fault = Fault(
+            pointer("mass_kg"), "the body mass in kg", f"{mass:.1f} kg on the plates",
+            f"of a person {options.height_m:g} m tall: a foot may stand beside them, or their "
+            "unit is another",
         )  # fmt: skip
         raise InvalidRequest(f"{take.motion.name}: the person's mass is needed.", [fault])
     try:

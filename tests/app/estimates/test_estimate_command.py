@@ -1,6 +1,7 @@
 """``ergocast estimate`` on files of a simulated laboratory, held to the truth behind them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ from app.estimates.schemas import EstimateOptions
 from app.estimates.series import Series
 from app.estimation import estimate_take
 from app.takes import takes_of
+from human.readers import write_plates
 from tests.app.cli.running import Capture, failed, run
 from tests.app.estimates.conftest import PERSON
-from tests.app.estimates.lifting import BOX_KG, EMPTY_S, HELD_S, Lifting
+from tests.app.estimates.lifting import BOX_KG, EMPTY_S, HELD_S, Lifting, plates_of
 
 Estimated = tuple[dict[str, Any], Path]
 
@@ -137,6 +139,22 @@ def test_what_cannot_be_is_named(
     said = failed(capsys, "estimate", lifting.motion, *options, "--out", tmp_path / "out")
     assert words in said
     assert not list(tmp_path.rglob("*.parquet"))
+
+
+def test_a_mass_weighed_with_one_foot_beside_the_plate_is_not_believed(
+    lifting: Lifting, tmp_path: Path, capsys: Capture
+) -> None:
+    plates = plates_of(lifting.truth)
+    one = replace(
+        plates,
+        plates=plates.plates[:1],
+        force=plates.force[:, :1],
+        moment=plates.moment[:, :1],
+    )
+    write_plates(tmp_path / "static_grf.mot", one)
+    files = [f"static:{lifting.static}", f"grf:{tmp_path / 'static_grf.mot'}", lifting.motion]
+    said = failed(capsys, "estimate", *files, "--height", 1.75, "--out", tmp_path / "out")
+    assert "/mass_kg" in said and "kg on the plates" in said and "a foot may stand" in said
 
 
 def test_a_file_in_the_wrong_role_is_named(lifting: Lifting, capsys: Capture) -> None:
