@@ -172,10 +172,11 @@ def solve_frames(
 
 
 def doubtful(status: Array) -> IntArray:
-    """Returns the frames whose base is hardly held, or with a variance that is not positive.
+    """Returns the frames whose base is hardly held, or that digits were lost on.
 
     Args:
-        status: ``(frames, 3)`` least pivot and trace of the base's information; least variance.
+        status: ``(frames, 3)`` least pivot and trace of the base's information; the least of what
+            must be positive, not a number where a result is none.
     """
     held = status[:, 0] > _DOUBTFUL * np.maximum(1.0, status[:, 1])
     return np.flatnonzero(~(held & (status[:, 2] >= 0.0)))

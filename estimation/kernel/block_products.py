@@ -8,6 +8,8 @@ from typing import Any
 
 from estimation.kernel.vector_code import POINTER, VECTOR, Code, Value, constant, splat
 
+#: A pivot this small beside what it was taken from has lost nearly all its digits.
+_LOST = 1e-12
 SIX = range(6)
 THREE = range(3)
 
@@ -147,16 +149,17 @@ class Blocks:
 
         self._call(into, "sum", write, out, left, right)
 
-    def inverse(self, into: Code, out: Value, matrix: Value) -> Value:
+    def inverse(self, into: Code, out: Value, matrix: Value, least: Value) -> Value:
         """Writes the inverse of a symmetric positive block; returns its least pivot.
 
-        ``A = L D L'`` without square roots; only the lower triangle is read.
+        ``A = L D L'`` without square roots; only the lower triangle is read. The slot ``least``
+        falls below zero where hardly a digit of the inverse is left.
         """
 
         def write(name: str) -> Any:
-            code = self.start(name, 2, VECTOR)
-            C, A = code.arguments
-            least, inverted, N = _eliminated(code, A)
+            code = self.start(name, 3, VECTOR)
+            C, A, digits = code.arguments
+            pivot, inverted, N = _eliminated(code, A, digits)
             scaled = {key: code.times(value, inverted[key[0]]) for key, value in N.items()}
             for i in SIX:
                 for j in range(i + 1):
@@ -166,17 +169,17 @@ class Blocks:
                     code.store(value, C, 6 * i + j)
                     if i != j:
                         code.store(value, C, 6 * j + i)
-            return code.done(least)
+            return code.done(pivot)
 
-        return self._call(into, "inverse", write, out, matrix)
+        return self._call(into, "inverse", write, out, matrix, least)
 
-    def inverse_factor(self, into: Code, out: Value, matrix: Value) -> None:
+    def inverse_factor(self, into: Code, out: Value, matrix: Value, least: Value) -> None:
         """Writes ``F`` with ``F F'`` the inverse of a symmetric positive block."""
 
         def write(name: str) -> Any:
-            code = self.start(name, 2)
-            C, A = code.arguments
-            _, inverted, N = _eliminated(code, A)
+            code = self.start(name, 3)
+            C, A, digits = code.arguments
+            _, inverted, N = _eliminated(code, A, digits)
             for k in SIX:
                 size = code.root(inverted[k])
                 for i in SIX:
@@ -186,7 +189,7 @@ class Blocks:
                     code.store(value, C, 6 * i + k)
             return code.done()
 
-        self._call(into, "inverse_factor", write, out, matrix)
+        self._call(into, "inverse_factor", write, out, matrix, least)
 
     def carry_up(
         self, into: Code, out: Value, matrix: Value, T: Value, p: Value, *, symmetric: bool
@@ -324,16 +327,19 @@ Rows = list[list[Value]]
 Corner = dict[tuple[int, int], Value]
 
 
-def _eliminated(code: Code, A: Value) -> tuple[Value, list[Value], Corner]:
+def _eliminated(code: Code, A: Value, digits: Value) -> tuple[Value, list[Value], Corner]:
     """The least pivot of ``A = L D L'``, the inverse of ``D``, and that of ``L`` below its ones."""
+    most_lost = code.load(digits)
     L: Corner = {}
     weighted: Corner = {}
     N: Corner = {}
     least, inverted = None, []
     for j in SIX:
-        pivot = code.load(A, 6 * j + j)
+        whole = pivot = code.load(A, 6 * j + j)
         for k in range(j):
             pivot = code.subtract(pivot, code.times(L[j, k], weighted[j, k]))
+        margin = code.fused(splat(-_LOST), whole, pivot)
+        most_lost = code.smaller(margin, most_lost)
         least = pivot if least is None else code.smaller(pivot, least)
         inverted.append(code.over(splat(1.0), pivot))
         for i in range(j + 1, 6):
@@ -348,6 +354,7 @@ def _eliminated(code: Code, A: Value) -> tuple[Value, list[Value], Corner]:
             for k in range(j + 1, i):
                 value = code.fused(L[i, k], N[k, j], value)
             N[i, j] = code.negative(value)
+    code.store(most_lost, digits)
     return least, inverted, N
 
 

@@ -112,7 +112,8 @@ class Stage(Code):
         least = self.load(self.common("least"))
         for slot, variance in enumerate(variances):
             least = self.smaller(variance, least)
-            self.store(self.root(self.larger(variance, splat(0.0))), out, slot)
+            # What is no number stays none.
+            self.store(self.root(self.larger(splat(0.0), variance)), out, slot)
         self.store(least, self.common("least"))
 
 

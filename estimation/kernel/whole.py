@@ -1,12 +1,14 @@
 """The whole kernel: all passes over all frames, eight at a time."""
 
+from collections.abc import Sequence
+
 from llvmlite import ir
 
 from estimation.kernel.block_products import Blocks
 from estimation.kernel.lanes import write_gather, write_scatter
 from estimation.kernel.layout import COMMON, LANES, MEANS, NAME, SETTING, SPREADS, TABLE
 from estimation.kernel.site_pairs import write_pair
-from estimation.kernel.vector_code import LONG, POINTER, Code, constant, splat
+from estimation.kernel.vector_code import LONG, POINTER, Code, Value, constant, splat
 from estimation.kernel.way_down import write_link_out, write_means, write_spreads
 from estimation.kernel.way_out import write_base, write_place, write_terms
 from estimation.kernel.way_up import write_eliminate, write_root
@@ -68,6 +70,9 @@ def kernel_code(wide_registers: bool) -> str:
                 builder.call(pair, [tables, which])
         with code.loop(0, links) as link:
             builder.call(link_out, [tables, link])
+        with code.when(code.whole(settings, SETTING["spreads"])):
+            _spoil(code, work, settings, SPREADS)
+        _spoil(code, work, settings, MEANS[:-1])
         start = code.whole(settings, SETTING["start of status"])
         least = code.load(work, COMMON["least"])
         code.store(least, code.at(work, builder.add(start, constant(2))))
@@ -78,3 +83,14 @@ def kernel_code(wide_registers: bool) -> str:
                 put_out(name)
     code.done()
     return str(module)
+
+
+def _spoil(code: Code, work: Value, settings: Value, names: Sequence[str]) -> None:
+    """Makes the least of what must be positive no number where one of these results is none."""
+    first = code.whole(settings, SETTING[f"start of {names[0]}"])
+    start = code.whole(settings, SETTING[f"start of {names[-1]}"])
+    size = code.whole(settings, SETTING[f"size of {names[-1]}"])
+    least = code.at(work, COMMON["least"])
+    with code.loop(first, code.builder.add(start, size)) as slot:
+        nothing = code.times(code.load(work, slot), splat(0.0))
+        code.store(code.add(code.load(least), nothing), least)
