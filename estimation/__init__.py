@@ -18,7 +18,6 @@ from estimation.contacts import (
 )
 from estimation.covariances import (
     APPLICATION,
-    PRESETS,
     TPOSE_LOAD,
     TPOSE_NO_LOAD,
     ModelCovariances,
@@ -75,7 +74,6 @@ from estimation.tree import EstimationTree, hinge_tree, real_tree
 
 __all__ = [
     "APPLICATION",
-    "PRESETS",
     "ROLLING_GAIT",
     "SUPPORTS",
     "TPOSE_LOAD",

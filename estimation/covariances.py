@@ -130,4 +130,3 @@ class TwoStepCovariances:
 TPOSE_NO_LOAD = TwoStepCovariances("T-pose without load", first_step=False)
 TPOSE_LOAD = TwoStepCovariances("T-pose with load")
 APPLICATION = TwoStepCovariances("application", hand_moment=1.0)
-PRESETS = {preset.name: preset for preset in (TPOSE_NO_LOAD, TPOSE_LOAD, APPLICATION)}
