@@ -42,6 +42,7 @@ from estimation.run_sensors import (
     HANDS,
     FootFrames,
     body_sensors,
+    both_hands_load,
     empty_hands,
     foot_frames,
     foot_sensors,
@@ -276,34 +277,43 @@ class RecordingRun:
         state, chance = self._follow(found, spread, part.time_s, bearing)
         joints = self._joints(found, part, balance)
         out = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
-        empty = np.flatnonzero((state == HandState.FREE) & bearing.known)
-        if len(empty) and len(self._hands) > 1:
-            # How two hands share does not matter where they bear little at most.
-            fewer: list[Measurement] = [of_frames(sensor, empty, len(rows)) for sensor in ground]
-            light = bearing.select(empty)
-            turn = found.link_rotation[empty][:, [found.link(hand) for hand in HANDS]]
-            pull = light.pull / np.linalg.norm(light.pull, axis=1, keepdims=True)
-            along = times(transposed(turn), pull[:, None])
-            fewer += empty_hands(self._settings, light.mass_kg, light.sd_kg, along)
-            again, wider, _ = self._solved(part.select(empty), fewer, ())
-            joints = self._joints(again, part.select(empty), balance[empty])
-            better = chunk_of(
-                wider,
-                part.time_s[empty],
-                out.frames[empty],
-                balance[empty],
-                joints,
-                light,
-                state[empty],
-                chance[empty],
-            )
-            out = out.with_rows(empty, better)
+        if len(self._hands) > 1:
+            for at in (HandState.FREE, HandState.LOADED):
+                some = np.flatnonzero((state == at) & bearing.known)
+                if len(some):
+                    sensors = [of_frames(sensor, some, len(rows)) for sensor in ground]
+                    sensors += self._shared(found, bearing, some, at)
+                    again, wider, _ = self._solved(part.select(some), sensors, ())
+                    joints = self._joints(again, part.select(some), balance[some])
+                    better = chunk_of(
+                        wider,
+                        part.time_s[some],
+                        out.frames[some],
+                        balance[some],
+                        joints,
+                        bearing.select(some),
+                        state[some],
+                        chance[some],
+                    )
+                    out = out.with_rows(some, better)
         self._frames += len(rows)
         self._known += np.count_nonzero(out.effort_known, axis=0)
         self._bands = _BANDS[wide.bands]
         weighed = balance != Balance.UNKNOWN
         self._gaps.append(-out.residual_n[weighed, 2] / GRAVITY_MS2)
         return out
+
+    def _shared(
+        self, found: Estimate, bearing: Loads, rows: IntArray, state: HandState
+    ) -> list[Measurement]:
+        """Says how two hands may share what they were found to bear together."""
+        settings, load = self._settings, bearing.select(rows)
+        turn = transposed(found.link_rotation[rows][:, [found.link(hand) for hand in HANDS]])
+        if state == HandState.LOADED:
+            force = times(turn, load.force[:, None])
+            return both_hands_load(settings, force, load.sd_kg)
+        pull = load.pull / np.linalg.norm(load.pull, axis=1, keepdims=True)
+        return empty_hands(settings, load.mass_kg, load.sd_kg, times(turn, pull[:, None]))
 
     def _joints(self, found: Estimate, part: "_Part", balance: IntArray) -> BoolArray:
         settings = self._settings

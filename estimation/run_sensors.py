@@ -24,6 +24,9 @@ PELVIS_LEVER_M = 0.02
 UNSEEN_TURNING = 5.0
 #: How far beside the hand's centre an unnoticed load may push, m.
 EMPTY_LEVER_M = 0.1
+#: How hard two hands that hold a thing between them may press on it sideways, as a share of what
+#: they bear: palms that hold it by friction alone press with half of it where friction is 1.
+SIDEWAYS_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +187,33 @@ def empty_hands(
     variance *= GRAVITY_MS2**2
     nothing = np.zeros((len(mass_kg), 6))
     return [ForceTorque(hand, nothing, variance[:, side]) for side, hand in enumerate(HANDS)]
+
+
+def both_hands_load(settings: RunSettings, force: Array, sd_kg: Array | None) -> list[Measurement]:
+    """Says how two hands may share a load of which their sum was found.
+
+    Args:
+        settings: of the run.
+        force: ``(n, 2, 3)`` N, what the load does to both hands together, axes of the right and of
+            the left hand.
+        sd_kg: ``(n,)`` kg, of the load, as wide as the bands are, or None.
+
+    Derived here: a hand bears anything between nothing and all, evenly: half, give or take
+    ``1 / sqrt(12)`` of it along the load. Sideways it may press as hard as `SIDEWAYS_SHARE` says,
+    as hands do that hold a thing between them.
+    """
+    size = np.linalg.norm(force, axis=-1)
+    along = force[..., :, None] * force[..., None, :] / np.maximum(size**2, 1e-12)[..., None, None]
+    unsure = 0.0 if sd_kg is None else (GRAVITY_MS2 * sd_kg[:, None]) ** 2
+    sideways = (SIDEWAYS_SHARE * size) ** 2
+    lengthways = size**2 / 12.0 + unsure - sideways
+    variance = np.zeros((*force.shape[:-1], 6, 6))
+    variance[..., :3, :3] = (
+        sideways[..., None, None] * np.eye(3) + lengthways[..., None, None] * along
+    )
+    variance[..., 3:, 3:] = settings.hand_moment_sd_nm**2 * np.eye(3)
+    value = np.concatenate([0.5 * force, np.zeros_like(force)], axis=-1)
+    return [ForceTorque(hand, value[:, k], variance[:, k]) for k, hand in enumerate(HANDS)]
 
 
 def unseen_wrenches(tree: EstimationTree, unobserved: Sequence[str]) -> dict[str, Array]:

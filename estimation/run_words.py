@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from estimation.run_records import RunSettings
+from estimation.run_sensors import SIDEWAYS_SHARE
 from estimation.stance_calibration import StanceCalibration
 
 #: Body mass and plates may differ by so much of the body before it is a finding.
@@ -39,6 +40,11 @@ def settings_in_words(
             f"{' and '.join(hands)} hand: may bear 0 +- {settings.hand_force_sd_n:g} N and "
             f"0 +- {settings.hand_moment_sd_nm:g} N m about the hand's centre"
         )
+        if len(hands) > 1:
+            out.append(
+                "a load found in both hands: each bears half of it, give or take any split between "
+                f"nothing and all, and may press sideways with {100 * SIDEWAYS_SHARE:g} % of it"
+            )
     else:
         out.append("hands: bear nothing")
     errors = settings.model_errors

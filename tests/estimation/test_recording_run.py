@@ -25,7 +25,6 @@ from .run_scene import feet_of, turned, with_state
 
 NOISE = RunSettings(model_errors=None)
 FEW = ModelErrors(pairs=3, grid_s=1.0)
-ARMS = slice(6, 14)
 
 
 @pytest.fixture(scope="module")
@@ -80,12 +79,37 @@ def test_a_box_in_both_hands_is_weighed_in_the_hold_and_nothing_beside_it(carrie
     assert summary.holds[1].mass("norm").mass_kg == pytest.approx(9.55, abs=0.4)
 
 
+@pytest.mark.parametrize("right_kg", [8.0, 4.0, 0.0])
+def test_however_two_hands_share_the_bands_hold_and_the_back_is_known(person, right_kg):
+    """Eight kilograms, of which nobody is told which hand bears them; an errant model besides."""
+    rng = np.random.default_rng(4)
+    held = simulate_still(
+        person,
+        operator("average", rng, person),
+        load_kg={"RightHandCOM": right_kg, "LeftHandCOM": 8.0 - right_kg},
+        duration_s=1.0,
+        rate_hz=50.0,
+    )
+    for settings in (NOISE, RunSettings(free_hands="both", model_errors=FEW)):
+        chunk, summary = estimate_run(person, held.motion, feet_of(held, rng), settings)
+        assert np.all(chunk.hands_state == HandState.LOADED)
+        assert np.all(chunk.low_back_known) and not np.any(chunk.hand_kg_known)
+        assert np.all(np.sum(chunk.torque_known, axis=1) > 60)
+        z = (chunk.torque_nm - truth(held)) / chunk.torque_sd_nm
+        assert np.max(np.abs(z[chunk.torque_known])) < 4.0
+        assert np.mean(np.abs(z[chunk.torque_known]) < 1.96) > 0.9
+        assert any("any split between nothing and all" in text for text in summary.assumed)
+
+
 def test_which_of_two_hands_bears_the_box_is_not_made_up(answer):
-    chunk, _ = answer
+    chunk, summary = answer
     loaded = chunk.hands_state == HandState.LOADED
     assert np.all(chunk.hand_state[loaded] == HandState.UNKNOWN)
     assert not np.any(chunk.hand_kg_known[loaded])
-    assert not np.any(chunk.effort_known[loaded][:, ARMS])
+    shoulder = summary.joint_names.index("jRightShoulder")
+    wide = chunk.effort_nm[loaded][:, shoulder, 2] - chunk.effort_nm[loaded][:, shoulder, 0]
+    assert np.median(wide) > 15.0  # N m: half of 9.55 kg, more or less, at an arm's length
+    assert np.mean(chunk.effort_known[loaded][:, shoulder]) > 0.8
     assert np.all(chunk.low_back_known)
     assert np.all(chunk.payload_known)
 
@@ -101,9 +125,10 @@ def test_what_is_called_known_is_right(carried, answer):
     assert rms(error[chunk.torque_known]) < 1.0
     inside = np.abs(error) < 1.96 * chunk.torque_sd_nm
     assert np.mean(inside[chunk.torque_known]) > 0.95
-    assert np.max(chunk.torque_sd_nm[chunk.torque_known]) < 20.0
+    assert np.max(chunk.torque_sd_nm[chunk.torque_known]) < 25.0  # 30 N at an arm's length
     assert summary.joint_known_share["jL5S1"] == 1.0
-    assert 0.2 < summary.joint_known_share["jRightShoulder"] < 0.5
+    assert 0.2 < summary.joint_known_share["jRightElbow"] < 0.6
+    assert summary.joint_known_share["jRightShoulder"] > 0.8
 
 
 def test_one_hand_that_may_bear_bears_all_and_shows_it(person, stance):
