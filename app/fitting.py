@@ -33,6 +33,8 @@ from human.recording import Recording
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
+#: What a reader gives.
+Read = Recording | MarkerRecording | PlateForces | JointLog
 #: A person, or how to tell them from the motion as read.
 Who = Subject | Callable[[Recording | MarkerRecording], Subject]
 
@@ -57,6 +59,7 @@ class BodyInMotion:
         unobserved: Segments whose pose is a placeholder.
         plates: Force plates, on their own clock, or None.
         plates_from: Where they came from, in words.
+        findings: What is not as it should be in the files themselves.
         fit: Filled as the windows are taken: how well body and recording meet.
         notes: Likewise: what was assumed and noticed, each once.
     """
@@ -72,6 +75,7 @@ class BodyInMotion:
     unobserved: frozenset[str]
     plates: PlateForces | None
     plates_from: str
+    findings: tuple[str, ...]
     _windows: Callable[["BodyInMotion"], Iterator[Motion]]
     fit: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -188,12 +192,34 @@ def _plates(part: Part, take: Take) -> PlateForces:
     return _named(part, lambda: read_plates(part.path, columns))
 
 
+def _noticed(*files: tuple[Part | None, Read | None]) -> tuple[str, ...]:
+    """Returns what readers found wrong in files, in words."""
+    found: list[str] = []
+    for part, read in files:
+        if part is None or read is None:
+            continue
+        report = read.report
+        if report.gaps:
+            missing = sum(gap.missing_frames for gap in report.gaps)
+            found.append(
+                f"{part.name}: {missing} frames are missing, the first after "
+                f"{report.gaps[0].start_s:.2f} s"
+            )
+        found += [
+            f"{part.name}, {one.place}: {one.message}"
+            for one in report.findings
+            if one.severity != "note"
+        ]
+    return tuple(dict.fromkeys(found))
+
+
 def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> BodyInMotion:
     recording = _named(take.motion, lambda: read_recording(take.motion.path))
     subject = who(recording) if callable(who) else who
     fitted = _named(take.motion, lambda: fit_recording(recording, subject, accept=accept))
     missing = {name for name, state in recording.segment_status.items() if state == "unmeasured"}
 
+    plates = forces_of(take)
     body = BodyInMotion(
         model=fitted.model,
         subject=subject,
@@ -204,8 +230,9 @@ def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> B
         rate_hz=recording.rate_hz,
         by_markers=False,
         unobserved=frozenset(missing | set(fitted.diagnostics.filled_segments)),
-        plates=forces_of(take),
+        plates=plates,
         plates_from=take.grf.name if take.grf else "",
+        findings=_noticed((take.motion, recording), (take.grf, plates)),
         _windows=lambda _: _stretches(fitted.motion, window_s),
     )
     body.fit.update(fitted.diagnostics.summary())
@@ -240,6 +267,7 @@ def _log(
         unobserved=frozenset(s for s, j in JOINT_OF_SEGMENT.items() if j not in told),
         plates=plates,
         plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
+        findings=_noticed((take.grf or take.motion, plates)),
         _windows=lambda _: _stretches(motion, window_s),
     )
     body.fit["conversions"] = list(log.report.conversions)
@@ -298,6 +326,11 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
         unobserved=frozenset(body.unobserved()),
         plates=plates,
         plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
+        findings=_noticed(
+            (take.motion, recording),
+            (take.grf or take.motion, plates),
+            (take.static, static),
+        ),
         _windows=windows,
     )
     out.fit["conversions"] = list(recording.report.conversions)

@@ -61,7 +61,7 @@ def summarised(path: Path, run: RunSummary, body: BodyInMotion, feet: FeetOfTake
         "feet": feet.record(),
         "fit": plain(body.fit),
         "assumed": _gathered([*body.notes, *feet.assumed, *run.assumed]),
-        "findings": _gathered([*feet.findings, *run.findings]),
+        "findings": _gathered([*body.findings, *feet.findings, *run.findings]),
         "columns": list(series.names),
     }
     return summary

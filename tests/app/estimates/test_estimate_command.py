@@ -213,6 +213,18 @@ def test_accelerations_that_no_frames_show_are_not_taken_to_be_zero(
     assert not list(tmp_path.rglob("*.parquet"))
 
 
+def test_what_is_wrong_in_a_file_itself_is_said(
+    lifting: Lifting, tmp_path: Path, capsys: Capture
+) -> None:
+    cut = tmp_path / "cut.trc"
+    lines = lifting.motion.read_text().splitlines()
+    cut.write_text("\n".join(lines[:100] + lines[120:200]) + "\n")
+    assert run("estimate", cut, *PERSON, "--bands", "noise", "--json") == 0
+    found = json.loads(capsys.readouterr().out)["findings"]
+    assert any(text.startswith("cut.trc, line 3, NumFrames") for text in found)
+    assert any("20 frames are missing" in text for text in found)
+
+
 def test_one_bad_recording_does_not_cost_the_others_theirs(
     lifting: Lifting, tmp_path: Path, capsys: Capture
 ) -> None:
