@@ -407,26 +407,3 @@ def test_turning_the_whole_scene_turns_the_answer(scene, rails):
         force = b.wrench[:, :3] @ R.T
         moment = b.wrench[:, 3:] @ R.T + np.cross(shift, force)
         np.testing.assert_allclose(a.wrench, np.concatenate([force, moment], axis=1), atol=1e-8)
-
-
-@pytest.mark.parametrize(("size_n", "channel"), [(2e3, "force"), (1e8, "force"), (3e3, "moment")])
-def test_a_glitch_of_one_sample_is_left_out_and_said(scene, rails, size_n, channel):
-    spoilt = {channel: getattr(rails, channel).copy()}
-    stance = found(scene, rails).stances[2]
-    k = int(np.searchsorted(rails.time_s, 0.5 * (stance.start_s + stance.end_s)))
-    spoilt[channel][k, int(stance.plate) - 1, 1] += size_n
-    feet = found(scene, replace(rails, **spoilt))
-    worst, known = error_n(scene, feet)
-    assert worst < 12.0
-    assert known == 1.0
-    assert any(f"plate {stance.plate}" in text and "no person" in text for text in feet.findings)
-
-
-def test_what_no_person_causes_for_long_is_not_known(scene, rails):
-    force = rails.force.copy()
-    part = (rails.time_s > 2.0) & (rails.time_s < 2.1)
-    force[part, 0, 2] = 1e5
-    feet = found(scene, replace(rails, force=force))
-    assert error_n(scene, feet)[0] < 12.0
-    now = (scene.motion.time_s > 2.0) & (scene.motion.time_s < 2.1)
-    assert not np.any(feet.known[now])
