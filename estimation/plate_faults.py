@@ -36,6 +36,8 @@ _MARGIN_S = 0.05
 _OVERSHOOT = 0.01
 #: Samples repeated for less than this, s, are a coarser clock or do no harm.
 _LOST_S = 0.02
+#: A signal is at a limit if it is there so many times as often as on any of the levels below.
+_PILE, _LEVELS = 20, 5
 #: Samples that must stand still to be suspected, and how still, relative to the largest.
 _STUCK, _STILL = 4, 1e-7
 
@@ -229,7 +231,9 @@ def saturated(plates: PlateForces) -> Mask:
     """Returns where a channel stands at its limit ``(samples, plates)``.
 
     Derived here: a peak that was cut off is the extreme of its channel, stands still for some
-    samples, and is entered and left at full slope; a true peak or a quiet stance has none.
+    samples, and is entered and left at full slope; a true peak or a quiet stance has none. Whoever
+    stands quietly on a plate at its limit is told by noise: the other channels have it, while this
+    one has the same extreme over and over and hardly a value just below.
     """
     out = np.zeros(plates.force.shape[:2], dtype=np.bool_)
     channels = np.concatenate([plates.force, plates.moment], axis=2)
@@ -240,7 +244,7 @@ def saturated(plates: PlateForces) -> Mask:
             if most <= ENTER_N:
                 continue
             stuck = np.abs(signal) >= most * (1.0 - _STILL)
-            if any(
+            if _piled_up(np.abs(signal), stuck, np.delete(channels[:, k], c, axis=1)) or any(
                 end - start >= _STUCK and _cut_off(np.abs(signal), start, end, most)
                 for start, end in runs(stuck)
             ):
@@ -267,6 +271,20 @@ def lost(plates: PlateForces) -> Mask:
             if end - start >= _STUCK and long and jumps:
                 out[start:end, k] = True
     return out
+
+
+def _piled_up(size: Array, stuck: Mask, others: Array) -> bool:
+    """Whether a signal is at its extreme far more often than just below, while others go on."""
+    at = np.flatnonzero(stuck)
+    if len(at) < _PILE:
+        return False
+    _, counts = np.unique(size[~stuck], return_counts=True)
+    # Coarse steps pile up, too, but on all their levels.
+    if len(counts) < _LEVELS or len(at) < _PILE * np.max(counts[-_LEVELS:]):
+        return False
+    follows = at[1:][np.diff(at) == 1]
+    moved = np.abs(others[follows] - others[follows - 1]) > _STILL * np.max(np.abs(others))
+    return bool(len(follows)) and bool(np.all(np.any(moved, axis=1)))
 
 
 def _cut_off(size: Array, start: int, end: int, most: float) -> bool:
