@@ -83,8 +83,6 @@ def solve(
     marker: Array,
     seen: Array,
     pull: Pull,
-    *,
-    robust: bool = True,
 ) -> Solved:
     """Finds the most likely posture of each frame.
 
@@ -94,7 +92,6 @@ def solve(
         marker: ``(B, markers, 3)`` m, world.
         seen: ``(B, markers)`` 1 where it is seen, else 0.
         pull: what else is known of the angles.
-        robust: let far markers count less.
     """
     parts = [
         _solve_chunk(
@@ -103,7 +100,6 @@ def solve(
             marker[start : start + _CHUNK],
             seen[start : start + _CHUNK],
             pull.of(np.arange(start, min(start + _CHUNK, len(q)))),
-            robust,
         )
         for start in range(0, len(q), _CHUNK)
     ]
@@ -116,16 +112,16 @@ def solve(
 
 
 def _solve_chunk(
-    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
+    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull
 ) -> Solved:
-    q, left = _descend(problem, q, marker, seen, pull, robust)
+    q, left = _descend(problem, q, marker, seen, pull)
     distance = _distance(problem, q, marker, seen)
     outlier = (distance > _OUTLIER * problem.full_m) & (seen > 0.0)
     at = np.flatnonzero(np.any(outlier, axis=1))
-    if robust and len(at):
+    if len(at):
         # What is not believed shall not pull at all.
         believed = seen[at] * ~outlier[at]
-        q[at], left[at] = _descend(problem, q[at], marker[at], believed, pull.of(at), True)
+        q[at], left[at] = _descend(problem, q[at], marker[at], believed, pull.of(at))
         distance = _distance(problem, q, marker, seen)
     cost = _loss(problem, distance, seen)
     cost += problem.prior.cost(q[:, BASE_NQ + problem.system.free], pull)
@@ -133,7 +129,7 @@ def _solve_chunk(
 
 
 def _descend(
-    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull, robust: bool
+    problem: MarkerProblem, q: Array, marker: Array, seen: Array, pull: Pull
 ) -> tuple[Array, Array]:
     """Returns the postures and what the last step of each promised to gain."""
     system, prior = problem.system, problem.prior
@@ -147,8 +143,8 @@ def _descend(
         here, y, s, known = q[active], marker[active], seen[active], pull.of(active)
         error = (y - placed.marker) * s[..., None]
         distance = np.linalg.norm(error, axis=-1)
-        weight = _weight(problem, distance, s, robust)
-        cost = _loss(problem, distance, s, robust) + prior.cost(here[:, angles], known)
+        weight = _weight(problem, distance, s)
+        cost = _loss(problem, distance, s) + prior.cost(here[:, angles], known)
         matrix, rhs = system.normal(placed, error, weight)
         prior.add(matrix[:, BASE_NV:, BASE_NV:], rhs[:, BASE_NV:], here[:, angles], known)
         diagonal = np.einsum("bkk->bk", matrix)
@@ -160,7 +156,7 @@ def _descend(
         trial = system.moved(here, step)
         there = system.place(trial)
         away = np.linalg.norm(y - there.marker, axis=-1) * s
-        trial_cost = _loss(problem, away, s, robust) + prior.cost(trial[:, angles], known)
+        trial_cost = _loss(problem, away, s) + prior.cost(trial[:, angles], known)
         # At the optimum the gain drowns in rounding: the last step is taken all the same.
         better = (trial_cost < cost) | (gain < _LAST_GAIN)
         q[active[better]] = trial[better]
@@ -217,18 +213,16 @@ def _distance(problem: MarkerProblem, q: Array, marker: Array, seen: Array) -> A
     return np.asarray(np.linalg.norm(marker - problem.system.place(q).marker, axis=-1) * seen)
 
 
-def _weight(problem: MarkerProblem, distance: Array, seen: Array, robust: bool = True) -> Array:
+def _weight(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
     """Weights ``(B, markers)``, 1/m^2."""
-    weight = seen / problem.sd_m**2
-    return weight / np.maximum(distance / problem.full_m, 1.0) ** 2 if robust else weight
+    return seen / problem.sd_m**2 / np.maximum(distance / problem.full_m, 1.0) ** 2
 
 
-def _loss(problem: MarkerProblem, distance: Array, seen: Array, robust: bool = True) -> Array:
+def _loss(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
     """The loss ``(B,)`` that the weights belong to."""
     square = (distance / problem.sd_m) ** 2
-    if robust:
-        limit = (problem.full_m / problem.sd_m) ** 2
-        square = np.where(
-            square > limit, limit * (1.0 + np.log(np.maximum(square / limit, 1.0))), square
-        )
+    limit = (problem.full_m / problem.sd_m) ** 2
+    square = np.where(
+        square > limit, limit * (1.0 + np.log(np.maximum(square / limit, 1.0))), square
+    )
     return np.asarray(0.5 * np.sum(seen * square, axis=-1))
