@@ -1,6 +1,6 @@
 """Solves checked frames exactly, by the compiled kernel or by numpy; both give the same numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from estimation.covariances import ModelCovariances
 from estimation.cross_covariance import wrench_covariance
 from estimation.elimination import sweep_down, sweep_down_spreads, sweep_up
+from estimation.errors import CovarianceError, MeasurementError
 from estimation.kernel import Results, Solve, solve_frames, supports
 from estimation.problem import Problem, assemble
 from estimation.run_inputs import of_frames
@@ -44,7 +45,9 @@ class Wanted:
         return self.kernel is not None and supports(self.covariances)
 
 
-def solution(wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurement]) -> Results:
+def solution(
+    wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurement], numbers: IntArray
+) -> Results:
     """Solves frames.
 
     Args:
@@ -52,17 +55,18 @@ def solution(wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurem
         q: ``(frames, 7 + n_dof)``, checked.
         v: ``(frames, 6 + n_dof)``.
         measurements: all finite, on links of the tree.
+        numbers: what messages call the frames.
 
     Returns:
         Results by their names in `Estimate`.
 
     Raises:
-        MeasurementError: a value or covariance has the wrong shape.
+        MeasurementError: a value or covariance has the wrong shape; or numbers are too large.
         CovarianceError: a covariance is not one, or beyond double precision.
         MissingMeasurementError: nobody knows the joint accelerations.
     """
     if wanted.kernel is None or not supports(wanted.covariances):
-        return _by_numpy(wanted, q, v, measurements, np.arange(len(q)))
+        return _by_numpy(wanted, q, v, measurements, np.arange(len(q)), numbers)
     out, doubtful = solve_frames(
         wanted.kernel,
         wanted.tree,
@@ -75,21 +79,26 @@ def solution(wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurem
     )
     if len(doubtful):
         # Numpy takes more care with what is all but singular, and names what it refuses.
-        again = _by_numpy(wanted, q, v, measurements, doubtful)
+        again = _by_numpy(wanted, q, v, measurements, doubtful, numbers)
         for name, array in again.items():
             out[name][doubtful] = array
     return out
 
 
 def _by_numpy(
-    wanted: Wanted, q: Array, v: Array, measurements: Sequence[Measurement], chosen: IntArray
+    wanted: Wanted,
+    q: Array,
+    v: Array,
+    measurements: Sequence[Measurement],
+    chosen: IntArray,
+    numbers: IntArray,
 ) -> Results:
     parts = []
     for part in rows(len(chosen), CHUNK):
         index = chosen[part]
         local = [of_frames(sensor, index, len(q)) for sensor in measurements]
         kinematics = tree_kinematics(wanted.tree, q[index], v[index])
-        parts.append(numpy_solution(wanted, kinematics, local, len(index)))
+        parts.append(numpy_solution(wanted, kinematics, local, numbers[index]))
     return gathered(parts)
 
 
@@ -104,9 +113,39 @@ def numpy_solution(
     wanted: Wanted,
     kinematics: TreeKinematics,
     measurements: Sequence[Measurement],
-    frames: int,
+    numbers: IntArray,
 ) -> Results:
     """Solves frames with numpy, all at once; as `solution`."""
+    try:
+        out = _solved(wanted, kinematics, measurements, len(numbers))
+    except np.linalg.LinAlgError as error:
+        raise CovarianceError(
+            "covariances", f"expected some that double precision carries ({error})", float("nan")
+        ) from error
+    refuse_what_is_no_number(out, numbers)
+    return out
+
+
+def refuse_what_is_no_number(results: Mapping[str, Array], numbers: IntArray) -> None:
+    """Refuses results beyond double precision.
+
+    Raises:
+        MeasurementError: with the frames.
+    """
+    bad = np.zeros(len(numbers), dtype=np.bool_)
+    for array in results.values():
+        bad |= ~np.isfinite(array.reshape(len(numbers), -1)).all(axis=1)
+    if np.any(bad):
+        raise MeasurementError(
+            "estimate: expected states, readings and variances of a size that double precision "
+            "carries through; they are too large or too small",
+            numbers[bad].tolist(),
+        )
+
+
+def _solved(
+    wanted: Wanted, kinematics: TreeKinematics, measurements: Sequence[Measurement], frames: int
+) -> Results:
     problem = assemble(wanted.tree, kinematics, measurements, wanted.covariances, frames)
     gains, root = sweep_up(problem)
     means = sweep_down(problem, gains, root)

@@ -15,7 +15,14 @@ from numpy.typing import ArrayLike
 from estimation.covariances import APPLICATION, ModelCovariances, TwoStepCovariances
 from estimation.errors import KernelMissingError, MissingMeasurementError, UnknownLinkError
 from estimation.estimate_record import Estimate, Method, from_results
-from estimation.exact_solution import CHUNK, Wanted, gathered, numpy_solution, solution
+from estimation.exact_solution import (
+    CHUNK,
+    Wanted,
+    gathered,
+    numpy_solution,
+    refuse_what_is_no_number,
+    solution,
+)
 from estimation.kernel import Results, Solve, kernel_state, loaded_kernel
 from estimation.momentum import momentum_rate, newton_euler
 from estimation.ncwe import external_wrenches
@@ -64,8 +71,10 @@ class _Part:
     v: Array
     a: Array | None
     measurements: Sequence[Measurement]
+    numbers: IntArray
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def estimate(
     tree: EstimationTree,
     q: ArrayLike,
@@ -105,7 +114,7 @@ def estimate(
         Means and standard deviations of the frames estimated.
 
     Raises:
-        MeasurementError: shapes do not fit, or numbers are not finite.
+        MeasurementError: shapes do not fit, or numbers are not finite or too large.
         UnknownLinkError: a sensor is on a link that the tree has not.
         MissingMeasurementError: an acceleration is neither measured nor given.
         KernelMissingError: the kernel is asked for and has not been compiled.
@@ -171,13 +180,13 @@ def _part(
 ) -> _Part:
     """Cuts a run to some of its frames; all of them are not copied."""
     if len(index) == len(q):
-        return _Part(q, v, a, measurements)
+        return _Part(q, v, a, measurements, index)
     local = [of_frames(sensor, index, len(q)) for sensor in measurements]
-    return _Part(q[index], v[index], None if a is None else a[index], local)
+    return _Part(q[index], v[index], None if a is None else a[index], local, index)
 
 
 def _one_step(run: _Run, part: _Part) -> Results:
-    return solution(run.wanted, part.q, part.v, part.measurements)
+    return solution(run.wanted, part.q, part.v, part.measurements, part.numbers)
 
 
 def _deterministic(run: _Run, part: _Part) -> Results:
@@ -193,7 +202,7 @@ def _deterministic(run: _Run, part: _Part) -> Results:
     torque = np.empty((len(v), tree.n_dof))
     for link, dofs in enumerate(tree.dofs):
         torque[:, dofs] = times(kinematics.H[link].swapaxes(-1, -2), joints[link])
-    return {
+    out = {
         "link_acceleration": accelerations.swapaxes(0, 1),
         "external_wrench": wrenches.swapaxes(0, 1),
         "joint_wrench": joints[1:].swapaxes(0, 1),
@@ -202,6 +211,8 @@ def _deterministic(run: _Run, part: _Part) -> Results:
         "link_rotation": kinematics.rotation.swapaxes(0, 1),
         "residual": residual,
     }
+    refuse_what_is_no_number(out, part.numbers)
+    return out
 
 
 def _two_step(run: _Run, part: _Part) -> Results:
@@ -243,8 +254,8 @@ def _two_step(run: _Run, part: _Part) -> Results:
         variance = preset.second_hands if name in run.wanted.sites else variance
         second.append(ForceTorque(name, wrenches[link], variance))
     if run.wanted.compiled:
-        return solution(run.wanted, part.q, v, second)
-    return numpy_solution(run.wanted, kinematics, second, frames)
+        return solution(run.wanted, part.q, v, second, part.numbers)
+    return numpy_solution(run.wanted, kinematics, second, part.numbers)
 
 
 def _as_derived(preset: TwoStepCovariances) -> ModelCovariances:

@@ -17,6 +17,9 @@ from estimation.spatial import Array
 
 #: Variances outside this range leave nothing of the smaller ones in double precision.
 ACCEPTED_VARIANCE = (1e-14, 1e14)
+#: Beyond this ratio between the directions of one sensor, a change of axes costs the smaller ones
+#: their digits.
+_ACCEPTED_RATIO = 1e12
 _ASYMMETRY = 1e-9
 
 
@@ -161,7 +164,7 @@ def blocks(sensor: Measurement, covariance: ArrayLike, frames: int, width: int) 
             f"expected a covariance of shape (), ({width},), ({width}, {width}) or "
             f"({frames}, {width}, {width}), got {given.shape}",
         )
-    return checked_blocks(describe(sensor), out)
+    return checked_blocks(describe(sensor), out, _ACCEPTED_RATIO)
 
 
 def variances(sensor: JointAcceleration, frames: int, width: int) -> Array:
@@ -182,7 +185,7 @@ def variances(sensor: JointAcceleration, frames: int, width: int) -> Array:
     return np.broadcast_to(given, (frames, width) if given.ndim == 2 else (1, width))
 
 
-def checked_blocks(place: str, out: Array) -> Array:
+def checked_blocks(place: str, out: Array, ratio: float = float("inf")) -> Array:
     """Returns the blocks ``(..., n, n)`` if they are covariances that can be worked with.
 
     Raises:
@@ -205,6 +208,11 @@ def checked_blocks(place: str, out: Array) -> Array:
     if np.max(most) > high:
         raise CovarianceError(
             place, f"expected variances of at most {high:g} in SI units", float(np.max(most))
+        )
+    apart = float(np.max(most / least))
+    if apart > ratio:
+        raise CovarianceError(
+            place, f"expected variances at most {ratio:g} times as large as others of it", apart
         )
     return out
 

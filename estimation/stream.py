@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from threading import Lock
 from types import MappingProxyType
 from typing import Literal
 
@@ -37,8 +38,8 @@ class Estimator:
     For a recording use `estimate`, which is several times as fast a frame. Sensors, their noise
     and what may be touched can change between any two frames. A frame that makes no sense is
     refused with its reason and leaves no trace: the next one is estimated as if it had not been.
-    Nothing here waits for a compiler: without a kernel (see `compile_kernel`) numpy does the work,
-    at some 10 ms a frame instead of some 0.2.
+    Threads may share an estimator; they take turns. Nothing here waits for a compiler: without a
+    kernel (see `compile_kernel`) numpy does the work, at some 10 ms a frame instead of some 0.2.
     """
 
     def __init__(
@@ -71,6 +72,8 @@ class Estimator:
         self._model = covariances or ModelCovariances()
         self._kernel = chosen_kernel(engine)
         self._count = 0
+        #: The kernel lets other threads run while it works in this estimator's memory.
+        self._turn = Lock()
         self._observed: Observations = {}
         self._call: Call | None = None
         self._plan({name: _zeroed(sensor, tree) for name, sensor in measurements.items()})
@@ -100,14 +103,18 @@ class Estimator:
             MeasurementError: nothing has the name that is to go; or as when first made, and then
                 all stays as it was.
         """
-        sensors = dict(self._sensors)
-        for name, sensor in changes.items():
-            if sensor is not None:
-                sensors[name] = _zeroed(sensor, self._tree)
-            elif sensors.pop(name, None) is None:
-                raise MeasurementError(f"{name}: expected one of {', '.join(sensors)} to take away")
-        self._plan(sensors)
+        with self._turn:
+            sensors = dict(self._sensors)
+            for name, sensor in changes.items():
+                if sensor is not None:
+                    sensors[name] = _zeroed(sensor, self._tree)
+                elif sensors.pop(name, None) is None:
+                    raise MeasurementError(
+                        f"{name}: expected one of {', '.join(sensors)} to take away"
+                    )
+            self._plan(sensors)
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def step(
         self,
         q: ArrayLike,
@@ -128,8 +135,8 @@ class Estimator:
             A run of one frame; ``frames`` counts those estimated before.
 
         Raises:
-            MeasurementError: a shape does not fit, a number is not finite, a reading is missing or
-                has an unknown name.
+            MeasurementError: a shape does not fit, a number is not finite or too large, a reading
+                is missing or has an unknown name.
             CovarianceError: beyond double precision.
         """
         state = self._vector("q", q, BASE_NQ + self._tree.n_dof)
@@ -138,22 +145,23 @@ class Estimator:
         size = BASE_NV + self._tree.n_dof
         velocity = np.zeros(size) if v is None else self._vector("v", v, size)
         acceleration = None if a is None else self._vector("a", a, size)
-        self._take(readings)
-        self._derive(state, velocity, acceleration)
-        found = self._solve(state[None], velocity[None])
-        estimate = from_results(
-            found,
-            tree=self._tree,
-            method="one_step",
-            frames=np.array([self._count]),
-            left_out={},
-            sites=self._wanted.sites,
-            bands="uncertainty" if self._spreads else "none",
-            assumed=self._assumed,
-            engine=self.engine,
-        )
-        self._count += 1
-        return estimate
+        with self._turn:
+            self._take(readings)
+            self._derive(state, velocity, acceleration)
+            found = self._solve(state[None], velocity[None])
+            estimate = from_results(
+                found,
+                tree=self._tree,
+                method="one_step",
+                frames=np.array([self._count]),
+                left_out={},
+                sites=self._wanted.sites,
+                bands="uncertainty" if self._spreads else "none",
+                assumed=self._assumed,
+                engine=self.engine,
+            )
+            self._count += 1
+            return estimate
 
     def _plan(self, sensors: dict[str, Measurement]) -> None:
         """Prepares for these sensors; sets nothing before all of it is known to work."""
@@ -252,7 +260,8 @@ class Estimator:
             else replace(sensor, value=self._taken[place][None])
             for sensor, place in zip(self._given, self._places, strict=True)
         ]
-        return numpy_solution(self._wanted, tree_kinematics(self._tree, q, v), sensors, 1)
+        number = np.array([self._count])
+        return numpy_solution(self._wanted, tree_kinematics(self._tree, q, v), sensors, number)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from estimation import (
     FreeWrench,
     JointAcceleration,
     KernelMissingError,
+    MeasurementError,
     ModelCovariances,
     compile_kernel,
     estimate,
@@ -332,3 +333,23 @@ def test_frames_that_the_kernel_doubts_are_done_again_by_numpy(person, scene, mo
         np.testing.assert_allclose(getattr(mixed, name), expected, rtol=1e-12, atol=1e-12)
         found = np.delete(getattr(mixed, name), doubted, axis=0)
         np.testing.assert_array_equal(found, np.delete(getattr(whole, name), doubted, axis=0))
+
+
+@pytest.mark.parametrize("engine", ["kernel", "numpy"])
+@pytest.mark.parametrize("method", ["one_step", "two_step", "deterministic"])
+def test_a_frame_beyond_double_precision_is_named(person, scene, engine, method):
+    v = scene.v.copy()
+    v[11] = 1e200
+    joints = replace(scene.sensors[0], value=scene.sensors[0].value.copy())
+    joints.value[3] = np.nan
+    sensors = [joints, *scene.sensors[1:]]
+    run = (real_tree(person), scene.q, v, scene.a, sensors)
+    with pytest.raises(MeasurementError, match="double precision") as refused:
+        estimate(*run, method=method, engine=engine, missing="leave_out")
+    assert refused.value.frames == (11,)
+
+
+def test_one_sensor_is_not_surer_in_one_direction_than_digits_go(person, scene):
+    uneven = ForceTorque("LeftFoot", np.zeros((21, 6)), [1e-10, 1e8, 1.0, 1.0, 1.0, 1.0])
+    with pytest.raises(CovarianceError, match="times as large"):
+        estimate(real_tree(person), scene.q, scene.v, scene.a, [*scene.sensors, uneven])

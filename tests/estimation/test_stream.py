@@ -1,5 +1,6 @@
 """One frame in, one estimate out: the numbers of the whole run, whatever changes or goes wrong."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 
 import numpy as np
@@ -182,3 +183,17 @@ def test_an_estimate_stays_as_it_was_when_the_next_one_comes(tree, scene):
     kept = first.torque.copy()
     live.step(scene.q[1], scene.v[1], readings(scene, 1))
     np.testing.assert_array_equal(first.torque, kept)
+
+
+def test_threads_take_turns_on_one_stream(tree, scene):
+    whole = estimate(tree, scene.q, scene.v, scene.a, scene.sensors, engine="kernel")
+    live = Estimator(tree, named(scene))
+    given = [readings(scene, frame) for frame in range(FRAMES)]
+
+    def follow(frame):
+        return [live.step(scene.q[frame], scene.v[frame], given[frame]) for _ in range(40)]
+
+    with ThreadPoolExecutor(4) as pool:
+        for frame, found in enumerate(pool.map(follow, range(FRAMES))):
+            for estimated in found:
+                assert_same(estimated, whole, frame)
