@@ -215,7 +215,8 @@ def _distance(problem: MarkerProblem, q: Array, marker: Array, seen: Array) -> A
 
 def _weight(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
     """Weights ``(B, markers)``, 1/m^2."""
-    return seen / problem.sd_m**2 / np.maximum(distance / problem.full_m, 1.0) ** 2
+    far = np.maximum(distance / problem.full_m, 1.0)
+    return np.asarray(seen / (problem.sd_m * far) ** 2)
 
 
 def _loss(problem: MarkerProblem, distance: Array, seen: Array) -> Array:
