@@ -1,7 +1,6 @@
 """Estimates a whole recording, stretch by stretch, in memory that does not grow with it."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from estimation.run_checks import (
 from estimation.run_chunks import Loads, chunk_of, hold_frames, loads_of
 from estimation.run_inputs import of_frames
 from estimation.run_knowledge import joints_known
+from estimation.run_part import RunPart
 from estimation.run_records import (
     Balance,
     HandState,
@@ -67,31 +67,6 @@ _BANDS: dict[str, RunBands] = {
     "tuning": "tuning",
     "none": "none",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """Some frames of a stretch, with what was measured on the body at them."""
-
-    time_s: Array
-    q: Array
-    v: Array
-    a: Array
-    propped: BoolArray
-    unseen: Mapping[str, BoolArray]
-    imus: tuple[Measurement, ...]
-
-    def select(self, rows: IntArray) -> "_Part":
-        cut = (of_frames(sensor, rows, len(self.time_s)) for sensor in self.imus)
-        return _Part(
-            self.time_s[rows],
-            self.q[rows],
-            self.v[rows],
-            self.a[rows],
-            self.propped[rows],
-            {name: where[rows] for name, where in self.unseen.items() if np.any(where[rows])},
-            tuple(cut),
-        )
 
 
 class RecordingRun:
@@ -188,7 +163,7 @@ class RecordingRun:
                 where,
             )
         unseen = unseen_segments(motion, self._settings.unobserved)
-        whole = _Part(
+        whole = RunPart(
             motion.time_s, motion.q, motion.v, motion.a, known.propped, unseen, tuple(imus)
         )
         offset = self._given
@@ -262,7 +237,7 @@ class RecordingRun:
 
     def _chunk(
         self,
-        part: _Part,
+        part: RunPart,
         feet: FootForces | None,
         known: FootFrames,
         rows: IntArray,
@@ -315,13 +290,13 @@ class RecordingRun:
         pull = load.pull / np.linalg.norm(load.pull, axis=1, keepdims=True)
         return empty_hands(settings, load.mass_kg, load.sd_kg, times(turn, pull[:, None]))
 
-    def _joints(self, found: Estimate, part: "_Part", balance: IntArray) -> BoolArray:
+    def _joints(self, found: Estimate, part: RunPart, balance: IntArray) -> BoolArray:
         settings = self._settings
         known = joints_known(found, balance, part.propped, part.unseen, settings.known_within_n)
         return known[:, self._turning]
 
     def _solved(
-        self, part: "_Part", ground: Sequence[Measurement], hands: Sequence[str]
+        self, part: RunPart, ground: Sequence[Measurement], hands: Sequence[str]
     ) -> tuple[Estimate, Estimate, ModelSpread | None]:
         """Estimates some frames: with bands of noise alone, and with the bands given out."""
         sensors = [
@@ -342,7 +317,7 @@ class RecordingRun:
         self,
         tree: EstimationTree,
         q: Array,
-        part: "_Part",
+        part: RunPart,
         sensors: Sequence[Measurement],
         *,
         spreads: bool,
@@ -358,7 +333,7 @@ class RecordingRun:
             spreads=spreads,
         )
 
-    def _spread(self, part: "_Part", sensors: Sequence[Measurement]) -> ModelSpread:
+    def _spread(self, part: RunPart, sensors: Sequence[Measurement]) -> ModelSpread:
         """Works out drawn models on a thinned grid that begins and ends with the frames."""
         errors = self._settings.model_errors
         assert errors is not None
