@@ -58,7 +58,8 @@ def missing_weight(time_s: Array, missing: Array, state: NDArray[np.intp]) -> li
             share = 100.0 * float(np.median(missing[start:end]))
             findings.append(
                 f"from {time_s[start]:.2f} to {time_s[end - 1]:.2f} s the plates lack {share:.0f} "
-                "% of the weight: a chair, a handrail, another support, or a plate that is wrong"
+                "% of the weight: a chair, a handrail, another support, a body mass that is too "
+                "high, or a plate that is wrong"
             )
     return findings
 

@@ -145,8 +145,8 @@ def mark_feet(
             frames.mended[:, column],
         )
     findings.mark(
-        "something else than the plates bears a part of the person (a chair, a table): no balance, "
-        "and no payload",
+        "something else than the plates bears a part of the person (a chair, a table), or the body "
+        "mass is too high: no balance, and no payload",
         time_s,
         frames.propped,
     )

@@ -61,8 +61,12 @@ def get_series(
     columns: Annotated[
         str, Query(description="Names with commas between, from the summary's `columns`.")
     ],
-    start: Annotated[float | None, Query(description="First instant, s.")] = None,
-    end: Annotated[float | None, Query(description="First instant after, s.")] = None,
+    start: Annotated[
+        float | None, Query(description="First instant, s.", allow_inf_nan=False)
+    ] = None,
+    end: Annotated[
+        float | None, Query(description="First instant after, s.", allow_inf_nan=False)
+    ] = None,
 ) -> Response:
     """Returns columns of the time series, evenly thinned to at most 20 000 rows."""
     wanted = [name for name in columns.split(",") if name]

@@ -8,34 +8,43 @@ Side = Literal["right", "left"]
 Instant = Annotated[float, Field(ge=-1e10, le=1e10, allow_inf_nan=False)]
 
 
-class EstimateOptions(BaseModel):
+class _Described(BaseModel):
+    """What stands below a field describes it at ``/docs``, too."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class EstimateOptions(_Described):
     """Who the person is and how to estimate; what is left out is assumed and named."""
 
     model_config = ConfigDict(extra="forbid")
 
     height_m: float = Field(strict=True, gt=0.0, le=3.0, allow_inf_nan=False)
-    #: Left out, it is what plates carry in the static trial, which must then have plates.
+    """Stature."""
     mass_kg: float | None = Field(default=None, strict=True, gt=0.0, le=500.0, allow_inf_nan=False)
+    """Left out, it is what plates carry in the static trial, which must then have plates."""
     sex: Literal["female", "male", "unknown"] = "unknown"
+    """For the mass distribution."""
     method: Literal["one_step", "two_step", "deterministic"] = "one_step"
-    #: Hands that may bear something; ``auto``: both where there are foot forces.
+    """``two_step`` is the 2021 paper's, whose bands are tuning; ``deterministic`` has none."""
     hands: Literal["auto", "both", "right", "left", "none"] = "auto"
-    #: Which kilograms the payload over time is; holds have all three.
+    """Hands that may bear something; ``auto``: both where there are foot forces."""
     definition: Literal["inertial", "vertical", "norm"] = "inertial"
-    #: Start and end, s, of a stretch in which the person stands still and bears nothing.
+    """Which kilograms the payload over time is; holds have all three."""
     tare_s: tuple[Instant, Instant] | None = None
-    #: Seconds to add to the plates' times; left out, it is estimated where plates have a file of
-    #: their own.
+    """Start and end, s, of a stretch in which the person stands still and bears nothing."""
     clock_offset_s: float | None = Field(
         default=None, strict=True, ge=-600.0, le=600.0, allow_inf_nan=False
     )
-    #: Plate to foot, where the automatic assignment is wrong.
+    """Seconds to add to the plates' times; left out, it is estimated where plates have a file of
+    their own."""
     assign: dict[str, Side] = {}
-    #: ``noise``: of the sensors alone; ``noise_and_model``: widened by what errors of masses,
-    #: lengths, angles and plates would do.
+    """Plate to foot, where the automatic assignment is wrong."""
     bands: Literal["noise", "noise_and_model"] = "noise_and_model"
-    #: Findings of the recording (codes) to go on in spite of, such as ``sides``.
+    """``noise``: of the sensors alone; ``noise_and_model``: widened by what errors of masses,
+    lengths, angles and plates would do."""
     accept: list[str] = []
+    """Findings of the recording (codes) to go on in spite of, such as ``sides``."""
 
     @field_validator("tare_s")
     @classmethod
@@ -51,7 +60,7 @@ class EstimateRequest(EstimateOptions):
     recording_id: str
 
 
-class Band(BaseModel):
+class Band(_Described):
     """A quantity with its 5, 50 and 95 % quantile; null where there are no bands."""
 
     p05: float | None
@@ -59,36 +68,37 @@ class Band(BaseModel):
     p95: float | None
 
 
-class Hold(BaseModel):
+class Hold(_Described):
     """A stretch in which the hands' state does not change."""
 
     start_s: float
     end_s: float
-    #: ``free`` or ``loaded``.
     state: str
-    #: Hands that may bear: the mass is their sum.
+    """``free`` or ``loaded``."""
     hands: list[str]
+    """Hands that may bear: the mass is their sum."""
     mass_kg: Band
-    #: The same by each definition: ``inertial``, ``vertical``, ``norm``.
     by_definition_kg: dict[str, Band]
-    #: Each hand's part, or null where only the sum can be told.
+    """The same by each definition: ``inertial``, ``vertical``, ``norm``."""
     split_kg: dict[str, float] | None
+    """Each hand's part, or null where only the sum can be told."""
 
 
-class PeakEffort(BaseModel):
+class PeakEffort(_Described):
     """How much a joint bore."""
 
     joint: str
     peak_nm: Band
     at_s: float
-    #: Over the known frames.
     median_nm: float
+    """Over the known frames."""
     p90_nm: float
-    #: Share of the frames in which it can be told.
+    """Exceeded in a tenth of them."""
     known_share: float
+    """Share of the frames in which it can be told."""
 
 
-class Estimate(BaseModel):
+class Estimate(_Described):
     """What an estimate comes to; the time series are at ``series_url``."""
 
     id: str
@@ -100,22 +110,22 @@ class Estimate(BaseModel):
     duration_s: float
     frames: int
     rate_hz: float
-    #: Reason to frames that could not be estimated.
     left_out: dict[str, int]
-    #: ``noise``, ``noise_and_model``, ``tuning`` (too narrow to be believed) or ``none``.
+    """Reason to frames that could not be estimated."""
     bands: str
+    """``noise``, ``noise_and_model``, ``tuning`` (too narrow to be believed) or ``none``."""
     payload: dict[str, Any]
     holds: list[Hold]
-    #: ``start_s``, ``end_s``, ``right``, ``left``, ``together``: free, loaded or unknown.
     hands: list[dict[str, Any]]
-    #: Where the body's balance is known, only its sum, or not at all.
+    """``start_s``, ``end_s``, ``right``, ``left``, ``together``: free, loaded or unknown."""
     balance: dict[str, Any]
-    #: Greatest first.
+    """Where the body's balance is known, only its sum, or not at all."""
     efforts: list[PeakEffort]
+    """Greatest first."""
     low_back: dict[str, Any] | None
     feet: dict[str, Any] | None
-    #: How well the body meets the recording.
     fit: dict[str, Any]
+    """How well the body meets the recording."""
     assumed: list[str]
     findings: list[str]
     files: list[dict[str, Any]]
@@ -125,7 +135,7 @@ class Estimate(BaseModel):
     model_urdf_url: str
 
 
-class EstimateItem(BaseModel):
+class EstimateItem(_Described):
     """One line of the list."""
 
     id: str
@@ -135,15 +145,15 @@ class EstimateItem(BaseModel):
     duration_s: float
 
 
-class Estimates(BaseModel):
+class Estimates(_Described):
     """A list of estimates, newest first."""
 
     items: list[EstimateItem]
 
 
-class SeriesPart(BaseModel):
+class SeriesPart(_Described):
     """Some columns over some time; null where a value cannot be told."""
 
     columns: dict[str, list[float | bool | str | None]]
-    #: Unit of each column, as its name says.
     units: dict[str, str]
+    """Unit of each column, as its name says."""

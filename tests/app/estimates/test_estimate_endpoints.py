@@ -164,6 +164,23 @@ def test_what_is_not_there_is_not_found(served: TestClient, estimate: dict[str, 
         assert served.get(f"/v1/estimates/est_{'0' * 64}{path}").status_code == 404
     strange = served.get(estimate["series_url"], params={"columns": "time_s,../../etc"})
     assert strange.status_code == 422 and "../../etc" in strange.text
+    for when in ({"start": "nan"}, {"end": "inf"}):
+        asked = {"columns": "time_s", **when}
+        assert served.get(estimate["series_url"], params=asked).status_code == 422
+
+
+def test_numbers_that_json_cannot_hold_are_refused(served: TestClient, recording: str) -> None:
+    body = f'{{"recording_id": "{recording}", "height_m": 1.75, "tare_s": [0.0, 1e999]}}'
+    answer = served.post(
+        "/v1/estimates", content=body, headers={"content-type": "application/json"}
+    )
+    assert answer.status_code == 422 and "/tare_s/1" in answer.text
+
+
+def test_every_option_is_described_where_clients_look(served: TestClient) -> None:
+    schema = served.get("/openapi.json").json()["components"]["schemas"]["EstimateRequest"]
+    undescribed = [name for name, one in schema["properties"].items() if "description" not in one]
+    assert undescribed == ["recording_id"]
 
 
 @pytest.mark.parametrize(
