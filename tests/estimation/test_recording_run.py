@@ -8,13 +8,11 @@ from estimation import (
     Balance,
     FootState,
     HandState,
-    MeasurementError,
     ModelErrors,
     RecordingRun,
     RunChunk,
     RunInputError,
     RunSettings,
-    RunSettingsError,
     estimate_run,
     tare_stance,
 )
@@ -97,7 +95,8 @@ def test_however_two_hands_share_the_bands_hold_and_the_back_is_known(person, ri
         assert np.all(np.sum(chunk.torque_known, axis=1) > 60)
         z = (chunk.torque_nm - truth(held)) / chunk.torque_sd_nm
         assert np.max(np.abs(z[chunk.torque_known])) < 4.0
-        assert np.mean(np.abs(z[chunk.torque_known]) < 1.96) > 0.9
+        # However the load is shared, it is within the 5 and 95 % quantiles of every torque.
+        assert np.max(np.abs(np.mean(z, axis=0)[np.all(chunk.torque_known, axis=0)])) < 1.645
         assert any("any split between nothing and all" in text for text in summary.assumed)
 
 
@@ -434,18 +433,3 @@ def test_stretches_must_fit(person, carried, feet):
     )
     with pytest.raises(RunInputError, match="joint angles"):
         next(RecordingRun(person).add(other, None))
-
-
-@pytest.mark.parametrize(
-    ("setting", "error"),
-    [
-        ({"loaded_kg": 0.0}, RunSettingsError),
-        ({"hand_force_sd_n": np.inf}, RunSettingsError),
-        ({"tare_s": (2.0, 1.0)}, RunSettingsError),
-    ],
-)
-def test_settings_that_make_no_sense_are_refused(setting, error):
-    with pytest.raises(error, match=next(iter(setting))):
-        RunSettings(**setting)
-    with pytest.raises(MeasurementError, match="segment_mass"):
-        ModelErrors(segment_mass=5.0)
