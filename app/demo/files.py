@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.demo.laboratory import write_laboratory
 from app.demo.scene import candidates, person, request, trained
 from app.files import write_bytes, write_json
 from app.training import Trained
@@ -19,17 +20,21 @@ Progress = Callable[[str, float], None]
 
 _BOX_SEED = 11
 _BOX_KG = 6.0
+_LIFT_SEED = 12
 
 _README = """A demonstration, made by Ergocast's own simulator; nobody was recorded.
 
 operator.safetensors   the posture model of one (simulated) person
 box_handling.bvh       the same person carrying a box: a recording to inspect and score
+static.trc             the same person standing, with markers on
+lift.trc, lift_grf.mot taking a box of 5 kg on two force plates: a recording to estimate
 request.json           six ways a robot may lead her hand: the body of POST /v1/assessments
 context.json           its shared part: where she stands, the load
 candidates/            its candidates, one file each
 
 ergocast inspect box_handling.bvh
 ergocast score box_handling.bvh --height 1.72 --mass 68 --load 6
+ergocast estimate static:static.trc lift.trc grf:lift_grf.mot --height 1.72 --mass 68 --out .
 ergocast assess --model operator.safetensors --context context.json candidates/*.json
 """
 
@@ -80,6 +85,7 @@ def write_demo(folder: Path, progress: Progress | None = None) -> DemoFiles:
             who.model, who.operator, np.random.default_rng(_BOX_SEED), box_kg=_BOX_KG
         )
         write_bvh(made / "box_handling.bvh", who.model, box.motion)
+        write_laboratory(made, who.model, who.operator, np.random.default_rng(_LIFT_SEED))
         model = trained(who, lambda what, done: tell(what, 0.15 + 0.85 * done))
         save_model(made / "operator.safetensors", model.operator)
         body = request(who, scene)

@@ -21,7 +21,7 @@ from prediction import TrainingOptions
 Progress = Callable[[str, float], None]
 
 #: Changes whenever the demonstration does, so that an older one is replaced.
-REVISION = 1
+REVISION = 2
 _SUBJECT = Subject(1.72, 68.0, "female")
 _SEED = 7
 #: Ways the robot led her before, from which the model learns; and those it may choose from now.

@@ -8,6 +8,7 @@ from starlette.testclient import TestClient
 
 from app.cli import main
 from app.demo import load_demo, write_demo
+from app.demo.laboratory import BOX_KG
 from app.main import create_app
 from app.service import ErgocastService
 from app.settings import Settings
@@ -59,8 +60,8 @@ def test_the_files_are_those_of_a_user(tmp_path: Path, capsys: pytest.CaptureFix
     files = write_demo(tmp_path / "demo")
     names = sorted(path.name for path in files.folder.iterdir())
     assert names == [
-        "README.txt", "box_handling.bvh", "candidates", "context.json", "operator.safetensors",
-        "request.json",
+        "README.txt", "box_handling.bvh", "candidates", "context.json", "lift.trc",
+        "lift_grf.mot", "operator.safetensors", "request.json", "static.trc",
     ]  # fmt: skip
     assert [path.name for path in tmp_path.iterdir()] == ["demo"]
     candidates = sorted(str(path) for path in (files.folder / "candidates").iterdir())
@@ -72,6 +73,24 @@ def test_the_files_are_those_of_a_user(tmp_path: Path, capsys: pytest.CaptureFix
     assert ended.value.code in (0, None)
     answer = json.loads(capsys.readouterr().out)
     assert sorted(one["rank"] for one in answer["candidates"]) == [1, 2, 3, 4, 5, 6]
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_lift_can_be_estimated_as_its_readme_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_demo(tmp_path / "demo").folder
+    text = (folder / "README.txt").read_text("utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("ergocast estimate"))
+    monkeypatch.chdir(folder)
+    with pytest.raises(SystemExit) as ended:
+        main([*line.split()[1:], "--json"])
+    assert ended.value.code in (0, None)
+    holds = json.loads(capsys.readouterr().out)["holds"]
+    loaded = [hold for hold in holds if hold["state"] == "loaded"]
+    assert len(loaded) == 1
+    band = loaded[0]["mass_kg"]
+    assert band["p05"] < BOX_KG < band["p95"] and abs(band["p50"] - BOX_KG) < 0.5
 
 
 def test_a_demo_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from app.takes import takes_of
 from human.readers import write_plates
 from tests.app.cli.running import Capture, failed, run
 from tests.app.estimates.conftest import PERSON
-from tests.app.estimates.lifting import BOX_KG, EMPTY_S, HELD_S, Lifting, plates_of
+from tests.app.estimates.lifting import BOX_KG, EMPTY_S, HELD_S, Lifting, lifting_plates
 
 Estimated = tuple[dict[str, Any], Path]
 
@@ -144,7 +144,7 @@ def test_what_cannot_be_is_named(
 def test_a_mass_weighed_with_one_foot_beside_the_plate_is_not_believed(
     lifting: Lifting, tmp_path: Path, capsys: Capture
 ) -> None:
-    plates = plates_of(lifting.truth)
+    plates = lifting_plates(lifting.truth)
     one = replace(
         plates,
         plates=plates.plates[:1],
