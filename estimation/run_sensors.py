@@ -199,14 +199,15 @@ def both_hands_load(settings: RunSettings, force: Array, sd_kg: Array | None) ->
         sd_kg: ``(n,)`` kg, of the load, as wide as the bands are, or None.
 
     Derived here: a hand bears anything between nothing and all, evenly: half, give or take
-    ``1 / sqrt(12)`` of it along the load. Sideways it may press as hard as `SIDEWAYS_SHARE` says,
-    as hands do that hold a thing between them.
+    ``1 / sqrt(12)`` of it along the load. Stated of each hand is twice that variance, because the
+    balance, which knows the sum of both, halves it. Sideways a hand may press as hard as
+    `SIDEWAYS_SHARE` says, as hands do that hold a thing between them.
     """
     size = np.linalg.norm(force, axis=-1)
     along = force[..., :, None] * force[..., None, :] / np.maximum(size**2, 1e-12)[..., None, None]
     unsure = 0.0 if sd_kg is None else (GRAVITY_MS2 * sd_kg[:, None]) ** 2
     sideways = (SIDEWAYS_SHARE * size) ** 2
-    lengthways = size**2 / 12.0 + unsure - sideways
+    lengthways = size**2 / 6.0 + unsure - sideways
     variance = np.zeros((*force.shape[:-1], 6, 6))
     variance[..., :3, :3] = (
         sideways[..., None, None] * np.eye(3) + lengthways[..., None, None] * along

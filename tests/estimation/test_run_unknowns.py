@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from estimation import HandState, RunSettings, estimate_run
+from estimation.run_sensors import both_hands_load
 from human.simulate import operator, simulate_still
 
 from .run_scene import feet_of
@@ -45,3 +47,13 @@ def test_a_load_too_small_to_be_sure_of_is_within_the_bands_of_the_arms(person):
     assert np.mean(known) > 0.9
     error = np.abs(np.mean(chunk.torque_nm - held.truth.dynamics.effort[:, 6:], axis=0))
     assert np.all(error[known] < 1.5 * np.mean(chunk.torque_sd_nm, axis=0)[known])
+
+
+def test_what_two_hands_may_share_is_an_even_spread_once_their_sum_is_known():
+    force = np.tile([0.0, 36.0, -48.0], (1, 2, 1))
+    right, left = both_hands_load(RunSettings(), force, None)
+    one, other = (np.asarray(hand.covariance)[0, :3, :3] for hand in (right, left))
+    left_over = one - one @ np.linalg.inv(one + other) @ one
+    along = np.array([0.0, 0.6, -0.8])
+    assert along @ left_over @ along == pytest.approx(60.0**2 / 12.0)
+    assert np.asarray(right.value)[0, :3] == pytest.approx(0.5 * force[0, 0])
