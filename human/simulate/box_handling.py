@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from human.model import HumanModel
 from human.motion import Motion, Provenance
 from human.simulate.balance import balanced_pelvis, grid_of
+from human.simulate.balanced_motion import on_grid, soles, standing_com
 from human.simulate.body import BodyPaths, in_contact, refuse_beyond_limits, whole_body
 from human.simulate.box_plan import DEFAULT_STATIONS, Station, plan_box_handling
 from human.simulate.errors import SimulationError
@@ -19,7 +20,7 @@ from human.simulate.paths import PosePath, PoseSamples
 from human.simulate.reaching import chain_law, standing_configuration
 from human.simulate.records import SimulatedMotion, Truth
 from human.simulate.resolve import Resolved, follow
-from human.simulate.walking import on_grid, soles, standing_com, walking_angles
+from human.simulate.walking import walking_angles
 
 Array = NDArray[np.float64]
 

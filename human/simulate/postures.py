@@ -1,24 +1,22 @@
 """Going through postures on the spot: arms raised, balance on one foot, a load taken and held."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from human.model import HumanModel
-from human.motion import Motion, Provenance
-from human.simulate.balance import Bearing, balanced_pelvis, grid_of
-from human.simulate.body import BodyPaths, in_contact, refuse_beyond_limits, whole_body
+from human.simulate.balance import Bearing, grid_of
+from human.simulate.balanced_motion import unled_motion
 from human.simulate.errors import SimulationError
 from human.simulate.gait import Footfalls
-from human.simulate.ground import center_of_pressure, solve_dynamics
 from human.simulate.legs import Leg, legs_of
 from human.simulate.operators import Operator
-from human.simulate.paths import MinimumJerkPath, PosePath, minimum_jerk, minimum_jerk_path
-from human.simulate.records import SimulatedMotion, Truth
+from human.simulate.paths import MinimumJerkPath, minimum_jerk, minimum_jerk_path
+from human.simulate.records import SimulatedMotion
 from human.simulate.stance import Stance, sole_center
-from human.simulate.walking import arms_down, on_grid, soles, standing_com, walking_angles
+from human.simulate.walking import arms_down, walking_angles
 
 Array = NDArray[np.float64]
 
@@ -108,46 +106,20 @@ def simulate_postures(
     bent = crouch(grid)
     bearing = Bearing(grid, bent[:, 0], bent[:, 1], np.zeros_like(grid))
     masses = dict(load_kg or {})
-    provenance = Provenance("simulated: postures", steps=(f"operator kind {operator.kind}",))
-
-    def motion_of(pelvis: PosePath, t: Array) -> Motion:
-        paths = BodyPaths(pelvis, footfalls.feet, footfalls.contacts)
-        return whole_body(model, legs, paths, t, hanging, None, provenance)
 
     def carried(t: Array) -> dict[str, Array]:
         share = crouch(t)[:, 2]
         return {name: kg * share for name, kg in masses.items()}
 
-    def pressure(pelvis: PosePath) -> Array:
-        return on_grid(grid, lambda t: center_of_pressure(model, motion_of(pelvis, t), carried(t)))
-
-    com = standing_com(model, hanging(np.zeros(1))[0], legs)
-    pelvis = balanced_pelvis(legs, footfalls, bearing, com, pressure)
-    time_s = np.arange(int(np.floor(end_s * rate_hz)) + 1, dtype=np.float64) / rate_hz
-    motion = motion_of(pelvis, time_s)
-    refuse_beyond_limits(model, motion)
-    contact = in_contact(footfalls.contacts, time_s)
+    simulated = unled_motion(
+        model, operator, legs, footfalls, bearing, hanging, carried,
+        end_s=end_s, rate_hz=rate_hz, what="postures",
+    )  # fmt: skip
+    time_s = simulated.motion.time_s
     held = np.full(time_s.size, -1, dtype=np.int64)
     for number, (start, stop) in enumerate(zip(reached, left, strict=True)):
         held[(time_s >= start) & (time_s <= stop)] = number
-    truth = Truth(
-        operator=operator,
-        dof=np.zeros(0, dtype=np.intp),
-        noise=np.zeros((time_s.size, 0)),
-        hands={},
-        segment_id=held,
-        load_kg=carried(time_s),
-        contact_right=contact[0],
-        contact_left=contact[1],
-        dynamics=solve_dynamics(
-            model,
-            motion,
-            carried(time_s),
-            feet=soles(legs, footfalls, time_s),
-            contact=contact,
-        ),
-    )
-    return SimulatedMotion(motion, truth)
+    return replace(simulated, truth=replace(simulated.truth, segment_id=held))
 
 
 def _refuse_what_nobody_can_do(

@@ -3,22 +3,19 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from human.model import HumanModel
-from human.motion import Motion, Provenance
-from human.simulate.balance import Bearing, balanced_pelvis, grid_of, smoothed
-from human.simulate.body import AngleCourse, BodyPaths, in_contact, refuse_beyond_limits, whole_body
+from human.simulate.balance import Bearing, grid_of, smoothed
+from human.simulate.balanced_motion import unled_motion
+from human.simulate.body import AngleCourse
 from human.simulate.errors import SimulationError
 from human.simulate.gait import Cadence, Footfalls, lay_footsteps
-from human.simulate.ground import center_of_pressure, solve_dynamics
-from human.simulate.legs import Leg, legs_of
+from human.simulate.legs import legs_of
 from human.simulate.operators import Operator, coherent_noise
-from human.simulate.paths import PosePath
-from human.simulate.records import SimulatedMotion, Truth
-from human.simulate.stance import Stance, sole_center
+from human.simulate.records import SimulatedMotion
+from human.simulate.stance import Stance
 
 Array = NDArray[np.float64]
 
@@ -26,8 +23,6 @@ Array = NDArray[np.float64]
 _ARM_SWING = 0.9
 #: How far pelvis and trunk turn, likewise [rad/m].
 _PELVIS_TURN, _TRUNK_TURN = 0.12, 0.22
-#: The balance is measured on one grid point of so many; a knot of the pelvis path has five.
-_SOME = 2
 #: Arms of who walks with free hands: angle from the T-pose [degrees], right side.
 _ARMS_DOWN = {"Shoulder_rotx": 82.0, "Shoulder_rotz": 2.0, "Elbow_rotz": 22.0}
 #: sd of the sway of joints that nothing leads, for a mobility of one [rad].
@@ -76,66 +71,14 @@ def simulate_walking(
     grid = grid_of(-0.5, end_s + 0.5)
     bearing = Bearing(grid, np.zeros_like(grid), np.zeros_like(grid), pelvis_yaw(footfalls, grid))
     loads = {f"{leg.side}HandCOM": 0.5 * load_kg for leg in legs} if load_kg else {}
-    provenance = Provenance("simulated: walking", steps=(f"operator kind {operator.kind}",))
-
-    def motion_of(pelvis: PosePath, t: Array) -> Motion:
-        paths = BodyPaths(pelvis, footfalls.feet, footfalls.contacts)
-        return whole_body(model, legs, paths, t, hanging, None, provenance)
 
     def carried(t: Array) -> dict[str, Array]:
         return {name: np.full(t.size, kg) for name, kg in loads.items()}
 
-    def pressure(pelvis: PosePath) -> Array:
-        return on_grid(grid, lambda t: center_of_pressure(model, motion_of(pelvis, t), carried(t)))
-
-    com = standing_com(model, hanging(np.zeros(1))[0], legs)
-    pelvis = balanced_pelvis(legs, footfalls, bearing, com, pressure)
-    time_s = np.arange(int(np.floor(end_s * rate_hz)) + 1, dtype=np.float64) / rate_hz
-    motion = motion_of(pelvis, time_s)
-    refuse_beyond_limits(model, motion)
-    contact = in_contact(footfalls.contacts, time_s)
-    truth = Truth(
-        operator=operator,
-        dof=np.zeros(0, dtype=np.intp),
-        noise=np.zeros((time_s.size, 0)),
-        hands={},
-        segment_id=np.full(time_s.size, -1, dtype=np.int64),
-        load_kg=carried(time_s),
-        contact_right=contact[0],
-        contact_left=contact[1],
-        dynamics=solve_dynamics(
-            model,
-            motion,
-            carried(time_s),
-            feet=soles(legs, footfalls, time_s),
-            contact=contact,
-        ),
-    )
-    return SimulatedMotion(motion, truth)
-
-
-def on_grid(grid: Array, measured: "AngleCourse") -> Array:
-    """Returns what a costly function of time gives on some grid points, and between them."""
-    some = grid[::_SOME]
-    return np.asarray(CubicSpline(some, measured(some))(grid))
-
-
-def standing_com(model: HumanModel, angles: Array, legs: tuple[Leg, Leg]) -> Array:
-    """Returns the center of mass from the pelvis, ``3`` [m], with straight legs."""
-    q = model.neutral()
-    q[7:] = angles
-    for leg in legs:
-        q[7 + leg.dof] = 0.0
-    return np.asarray(pin.centerOfMass(model.pinocchio(), model.pinocchio().createData(), q)).copy()
-
-
-def soles(legs: tuple[Leg, Leg], footfalls: Footfalls, time_s: Array) -> tuple[Array, Array]:
-    """Returns the middle of the right and the left sole, ``T x 2`` [m] each."""
-    right, left = (
-        sole_center(leg, at.position, at.rotation)
-        for leg, at in zip(legs, (f.sample(time_s) for f in footfalls.feet), strict=True)
-    )
-    return right, left
+    return unled_motion(
+        model, operator, legs, footfalls, bearing, hanging, carried,
+        end_s=end_s, rate_hz=rate_hz, what="walking",
+    )  # fmt: skip
 
 
 def mean_heading(footfalls: Footfalls, time_s: Array) -> Array:
