@@ -1,6 +1,8 @@
 """Estimates a whole recording, stretch by stretch, in memory that does not grow with it."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -251,7 +253,8 @@ class RecordingRun:
         bearing = loads_of(found, wide, self._settings, balance)
         state, chance = self._follow(found, spread, part.time_s, bearing)
         joints = self._joints(found, part, balance)
-        out = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
+        first = chunk_of(wide, part.time_s, rows + offset, balance, joints, bearing, state, chance)
+        out = first
         if len(self._hands) > 1:
             for at in (HandState.FREE, HandState.LOADED):
                 some = np.flatnonzero((state == at) & bearing.known)
@@ -270,7 +273,13 @@ class RecordingRun:
                         state[some],
                         chance[some],
                     )
-                    out = out.with_rows(some, better)
+                    # Hands that are told what they bear leave nothing over.
+                    left_over = {
+                        name: getattr(out, name)[some] for name in ("residual_n", "residual_nm")
+                    }
+                    out = out.with_rows(some, replace(better, **left_over))
+        # What is left over is left by the body alone, not once its load has been found.
+        out = replace(out, residual_n=first.residual_n, residual_nm=first.residual_nm)
         self._frames += len(rows)
         self._known += np.count_nonzero(out.effort_known, axis=0)
         self._bands = _BANDS[wide.bands]

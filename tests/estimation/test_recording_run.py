@@ -74,6 +74,10 @@ def test_a_box_in_both_hands_is_weighed_in_the_hold_and_nothing_beside_it(carrie
     loaded = load_of(carried) > 0.5
     assert np.mean((chunk.hands_state == HandState.LOADED) == loaded) > 0.97
     assert summary.bands == "noise"
+    # What the body alone leaves over is the box, whatever was found of it.
+    held = chunk.hands_state == HandState.LOADED
+    assert np.median(chunk.residual_n[held, 2]) == pytest.approx(-9.81 * 9.55, abs=3.0)
+    assert summary.plates_minus_model_kg[2] == pytest.approx(9.55, abs=1.0)
     assert summary.holds[1].mass("norm").mass_kg == pytest.approx(9.55, abs=0.4)
 
 
