@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from dataclasses import replace
 
 import numpy as np
 
@@ -273,11 +272,7 @@ class RecordingRun:
                         state[some],
                         chance[some],
                     )
-                    # Hands that are told what they bear leave nothing over.
-                    left_over = {
-                        name: getattr(out, name)[some] for name in ("residual_n", "residual_nm")
-                    }
-                    out = out.with_rows(some, replace(better, **left_over))
+                    out = out.with_rows(some, better)
         # What is left over is left by the body alone, not once its load has been found.
         out = replace(out, residual_n=first.residual_n, residual_nm=first.residual_nm)
         self._frames += len(rows)
