@@ -13,6 +13,10 @@ IntArray = NDArray[np.intp]
 Frames = NDArray[np.bool_] | NDArray[np.intp] | slice
 
 
+#: Columns of everything that has one for each side.
+SIDES = ("right", "left")
+
+
 class FootState(IntEnum):
     """What is known of a foot's wrench at a frame."""
 

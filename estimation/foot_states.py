@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.foot_force_record import FootState
+from estimation.foot_force_record import SIDES, FootState
 from estimation.foot_wrenches import FootSums
 from estimation.plate_faults import runs
 from estimation.plate_findings import MISSING_SHARE, WORTH_SAYING_S
@@ -15,7 +15,6 @@ from human.marker_recording import PlateForces
 Mask = NDArray[np.bool_]
 States = NDArray[np.intp]
 
-SIDES = ("right", "left")
 #: A sole less than this inside of the plates hangs over their edge.
 _ON_PLATES = 0.85
 #: A switch told by movement alone is off by this at most, s.

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from estimation.foot_force_record import FootForces, FootState
-from estimation.run_records import SIDES
+from estimation.foot_force_record import SIDES, FootForces, FootState
 from estimation.run_sensors import FootFrames
 from estimation.spatial import Array, BoolArray
 from estimation.tree import BASE_NQ, EstimationTree

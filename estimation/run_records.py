@@ -15,8 +15,6 @@ from estimation.payload import Definition
 from estimation.spatial import Array, BoolArray, IntArray
 from estimation.stance_calibration import StanceCalibration
 
-#: Columns of everything that has one for each side.
-SIDES = ("right", "left")
 #: Of the quantiles in chunks and holds.
 QUANTILES = (0.05, 0.5, 0.95)
 
