@@ -128,7 +128,7 @@ GLOBAL, GLOBAL_SIZE = _places(
     ]
 )
 LINK_CONSTANTS, LINK_CONSTANTS_SIZE = _places(
-    [("offset", 3), ("inertia", 36), ("dynamics", 36), ("kinematic", 36), ("kinematic_inverse", 18)]
+    [("offset", 3), ("inertia", 36), ("dynamics", 36), ("kinematic_inverse", 36)]
 )
 
 

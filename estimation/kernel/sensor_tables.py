@@ -243,8 +243,7 @@ def _fixed(tree: EstimationTree, covariances: ModelCovariances) -> Array:
         ("offset", tree.offsets),
         ("inertia", tree.inertias),
         ("dynamics", np.array(dynamics)),
-        ("kinematic", np.array(kinematic)),
-        ("kinematic_inverse", inverse(np.array(kinematic))[:, :, 3:]),
+        ("kinematic_inverse", inverse(np.array(kinematic))),
     ):
         flat = block.reshape(tree.n_links, -1)
         start = LINK_CONSTANTS[name]

@@ -11,6 +11,8 @@ from estimation.kernel.stage import Stage
 from estimation.kernel.vector_code import Value, constant, splat
 
 THREE = range(3)
+#: A joint's acceleration is known beforehand this little beside what passes on: rounding hides it.
+_HIDDEN = 1e-12
 
 
 def write_eliminate(blocks: Blocks) -> Any:
@@ -19,12 +21,16 @@ def write_eliminate(blocks: Blocks) -> Any:
     J, j, M, S0, k = (stage.block(name) for name in ("J", "j", "M", "S0", "k"))
     A, P, G, MA, e, b = (stage.block(name) for name in ("A", "P", "G", "MA", "e", "b"))
     Q, JA, t, up = (stage.common(name) for name in ("block0", "block1", "vector0", "vector1"))
-    _joint_noise(stage, Q)
-    blocks.inverse(stage, JA, Q, stage.common("least"))
-    blocks.sum(stage, Q, J, JA)
+    # First as if the joint were stiff, then with its freedom: else what is loose drowns what is
+    # sure, and their products are all rounding.
+    sure = stage.common("block2")
+    stage.spread_all(stage.link_constant("kinematic_inverse"), sure, 36)
+    blocks.sum(stage, Q, J, sure)
     blocks.inverse(stage, P, Q, stage.common("least"))
-    blocks.product(stage, A, P, JA)
+    blocks.product(stage, A, P, sure)
     blocks.symmetric_product(stage, JA, J, A)
+    _loosen(stage, P, A, JA)
+    _joint_gains(stage, sure)
     blocks.vector_product(stage, e, A, b)
     blocks.vector_product(stage, e, P, j, add=True)
     blocks.vector_product(stage, t, JA, b)
@@ -35,7 +41,8 @@ def write_eliminate(blocks: Blocks) -> Any:
     blocks.product(stage, G, P, M, right_turned=True)
     blocks.vector_product(stage, k, M, e, add=True)
     blocks.symmetric_product(stage, S0, M, G, add=True)
-    _joint_gains(stage)
+    with stage.when(stage.setting("spreads")):
+        _joint_spread(stage)
     with stage.builder.if_else(
         stage.builder.icmp_signed("!=", stage.setting("prior_on_joint_wrenches"), constant(0))
     ) as (pulled, free):
@@ -57,55 +64,82 @@ def _pass_up(stage: Stage, J: Value, j: Value, K: Value, Pf: Value) -> None:
     blocks.wrench_up(stage, stage.block("k", parent), stage.block("k"), *axes)
 
 
-def _joint_noise(stage: Stage, Q: Value) -> None:
-    """``Q = SACC + H Gs H'``, how far the acceleration relative to the parent's is unknown."""
-    stage.spread_all(stage.link_constant("kinematic"), Q, 36)
-    h = [stage.loads(stage.block("h"), 3, 3 * axis) for axis in THREE]
-    variance = stage.loads(stage.block("variance"), 3)
-    for i in THREE:
-        weighted = [stage.times(variance[axis], h[axis][i]) for axis in THREE]
-        for j in THREE:
-            slot = 6 * (3 + i) + 3 + j
-            rest = stage.load(Q, slot)
-            stage.store(stage.dot(weighted, [h[axis][j] for axis in THREE], rest), Q, slot)
+def _loosen(stage: Stage, P: Value, A: Value, JA: Value) -> None:
+    """Lets the joint move as much as its accelerations vary.
 
-
-def _joint_gains(stage: Stage) -> None:
-    """``W = (Gs^-1 + H' SACC^-1 H)^-1`` and ``r = SACC^-1 H W``; columns of absent axes are zero.
-
-    With standard deviations also ``r1 = -J P r``, ``r2 = G' r`` and the part of the variance that
-    no other link changes.
+    With ``D = (Gs^-1 + H' JA H)^-1``: ``P += A H D H' A'``, ``A -= A H D H' JA``,
+    ``JA -= JA H D H' JA``. Derived here.
     """
-    blocks = stage.blocks
-    spread, rows = stage.common("block2"), 18
-    stage.spread_all(stage.link_constant("kinematic_inverse"), spread, rows)
-    h = [stage.loads(stage.block("h"), 3, 3 * axis) for axis in THREE]
-    weighted = [[stage.dot(stage.loads(spread, 3, 3 * i), h[axis]) for i in SIX] for axis in THREE]
-    inner = [[stage.dot(h[m], weighted[n][3:]) for n in THREE] for m in THREE]
+    h = _axes(stage)
+    JH = [[stage.dot(stage.loads(JA, 3, 6 * i + 3), h[axis]) for i in SIX] for axis in THREE]
+    AH = [[stage.dot(stage.loads(A, 3, 6 * i + 3), h[axis]) for i in SIX] for axis in THREE]
+    D = _free_inverse(stage, h, JH)
+    least = stage.load(stage.common("least"))
+    for axis in THREE:
+        own = stage.over(splat(1.0), stage.load(stage.block("variance"), axis))
+        past = stage.dot(h[axis], JH[axis][3:])
+        least = stage.smaller(stage.fused(splat(-_HIDDEN), past, own), least)
+    stage.store(least, stage.common("least"))
+    for i in SIX:
+        a = [stage.dot([AH[m][i] for m in THREE], D[axis]) for axis in THREE]
+        less = [stage.negative(value) for value in a]
+        j = [stage.negative(stage.dot([JH[m][i] for m in THREE], D[axis])) for axis in THREE]
+        for k in SIX:
+            along = [JH[axis][k] for axis in THREE]
+            stage.store(stage.dot(less, along, stage.load(A, 6 * i + k)), A, 6 * i + k)
+            if k < i:
+                continue
+            more = stage.dot(a, [AH[axis][k] for axis in THREE], stage.load(P, 6 * i + k))
+            rest = stage.dot(j, along, stage.load(JA, 6 * i + k))
+            for block, value in ((P, more), (JA, rest)):
+                stage.store(value, block, 6 * i + k)
+                stage.store(value, block, 6 * k + i)
+
+
+def _axes(stage: Stage) -> list[list[Value]]:
+    return [stage.loads(stage.block("h"), 3, 3 * axis) for axis in THREE]
+
+
+def _free_inverse(
+    stage: Stage, h: list[list[Value]], columns: list[list[Value]]
+) -> list[list[Value]]:
+    """``(Gs^-1 + H' columns)^-1``; one for axes that are absent."""
+    inner = [[stage.dot(h[m], columns[n][3:]) for n in THREE] for m in THREE]
     for axis in THREE:
         own = stage.over(splat(1.0), stage.load(stage.block("variance"), axis))
         inner[axis][axis] = stage.add(inner[axis][axis], own)
-    W = _inverse_of_three(stage, inner)
-    r = stage.block("r")
+    return _inverse_of_three(stage, inner)
+
+
+def _joint_gains(stage: Stage, sure: Value) -> None:
+    """``W = (Gs^-1 + H' SACC^-1 H)^-1``, ``r = SACC^-1 H W``; columns of absent axes are zero."""
+    h = _axes(stage)
+    weighted = [
+        [stage.dot(stage.loads(sure, 3, 6 * i + 3), h[axis]) for i in SIX] for axis in THREE
+    ]
+    W = _free_inverse(stage, h, weighted)
     for axis in THREE:
         for i in SIX:
             value = stage.dot([weighted[m][i] for m in THREE], [W[m][axis] for m in THREE])
-            stage.store(value, r, 6 * axis + i)
+            stage.store(value, stage.block("r"), 6 * axis + i)
         stage.store(W[axis][axis], stage.block("left"), axis)
-    with stage.when(stage.setting("spreads")):
-        v = stage.common("vector2")
-        for axis in THREE:
-            column = stage.at(r, 6 * axis)
-            blocks.vector_product(stage, v, stage.block("P"), column)
-            rest = stage.load(stage.block("left"), axis)
-            both = stage.dot(stage.loads(column, 6), stage.loads(v, 6), rest)
-            stage.store(both, stage.block("left"), axis)
-            r1 = stage.at(stage.block("r1"), 6 * axis)
-            blocks.vector_product(stage, r1, stage.block("J"), v)
-            for i in SIX:
-                stage.store(stage.negative(stage.load(r1, i)), r1, i)
-            r2 = stage.at(stage.block("r2"), 6 * axis)
-            blocks.vector_product(stage, r2, stage.block("G"), column, turned=True)
+
+
+def _joint_spread(stage: Stage) -> None:
+    """``r1 = -J P r``, ``r2 = G' r`` and the part of the variance that no other link changes."""
+    blocks, v = stage.blocks, stage.common("vector2")
+    for axis in THREE:
+        column = stage.at(stage.block("r"), 6 * axis)
+        blocks.vector_product(stage, v, stage.block("P"), column)
+        rest = stage.load(stage.block("left"), axis)
+        both = stage.dot(stage.loads(column, 6), stage.loads(v, 6), rest)
+        stage.store(both, stage.block("left"), axis)
+        r1 = stage.at(stage.block("r1"), 6 * axis)
+        blocks.vector_product(stage, r1, stage.block("J"), v)
+        for i in SIX:
+            stage.store(stage.negative(stage.load(r1, i)), r1, i)
+        r2 = stage.at(stage.block("r2"), 6 * axis)
+        blocks.vector_product(stage, r2, stage.block("G"), column, turned=True)
 
 
 def _inverse_of_three(stage: Stage, m: list[list[Value]]) -> list[list[Value]]:

@@ -9,7 +9,9 @@ import pytest
 from estimation import (
     APPLICATION,
     Accelerometer,
+    AngularAcceleration,
     CovarianceError,
+    EstimationTree,
     ForceTorque,
     FreeWrench,
     JointAcceleration,
@@ -33,6 +35,7 @@ from estimation.kernel.layout import (
     LINK_ROW,
 )
 from estimation.kernel.whole import kernel_code
+from estimation.spatial import spatial_inertia
 from estimation.tree_kinematics import tree_kinematics
 
 from .balanced_scene import balanced, random_motion
@@ -109,8 +112,7 @@ def as_sensors(problem, monkeypatch):
     rows = rows.reshape(tree.n_links, -1)
     for name, blocks in (
         ("dynamics", problem.dynamics),
-        ("kinematic", problem.kinematic),
-        ("kinematic_inverse", np.linalg.inv(problem.kinematic)[:, :, 3:]),
+        ("kinematic_inverse", np.linalg.inv(problem.kinematic)),
     ):
         flat = np.reshape(blocks, (tree.n_links, -1))
         rows[:, LINK_CONSTANTS[name] :][:, : flat.shape[1]] = flat
@@ -353,3 +355,37 @@ def test_one_sensor_is_not_surer_in_one_direction_than_digits_go(person, scene):
     uneven = ForceTorque("LeftFoot", np.zeros((21, 6)), [1e-10, 1e8, 1.0, 1.0, 1.0, 1.0])
     with pytest.raises(CovarianceError, match="times as large"):
         estimate(real_tree(person), scene.q, scene.v, scene.a, [*scene.sensors, uneven])
+
+
+@pytest.mark.parametrize("variance", [1e4, 1e6])
+def test_joints_all_but_unknown_cost_no_digits(variance):
+    # Two axes a joint, turned: in the link's axes what they leave sure is buried in what is loose.
+    rng = np.random.default_rng(0)
+    body = spatial_inertia(3.0, np.array([0.1, 0.2, 0.05]), 0.02 * np.eye(3))
+    tree = EstimationTree(
+        link_names=("trunk", "arm", "hand"),
+        joint_names=("shoulder", "wrist"),
+        parents=(-1, 0, 1),
+        offsets=np.array([[0.0, 0.0, 0.0], [0.1, 0.2, 0.3], [0.3, 0.1, 0.0]]),
+        axes=((), (0, 1), (1, 2)),
+        dofs=(np.arange(0), np.arange(2), np.arange(2, 4)),
+        inertias=np.array([body] * 3),
+        dof_names=("a", "b", "c", "d"),
+    )
+    q, v = rng.normal(size=(4, 11)), rng.normal(size=(4, 10))
+    q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
+    sensors = [
+        Accelerometer("trunk", rng.normal(size=(4, 3)), 1e-3),
+        AngularAcceleration("trunk", rng.normal(size=(4, 3)), 1e-2),
+        Accelerometer("hand", rng.normal(size=(4, 3)), 1e-3, (0.1, 0.1, 0.1)),
+        JointAcceleration(rng.normal(size=(4, 4)), variance),
+        FreeWrench("trunk", 100.0, 100.0),
+    ]
+    found, expected = (
+        estimate(tree, q, v, None, sensors, engine=engine) for engine in ("kernel", "numpy")
+    )
+    for name in ("torque", "joint_acceleration", "link_acceleration"):
+        sd = getattr(expected, f"{name}_sd")
+        off = np.abs(getattr(found, name) - getattr(expected, name))
+        assert np.all(off <= 1e-5 * sd), name
+        np.testing.assert_allclose(getattr(found, f"{name}_sd"), sd, rtol=1e-6)
