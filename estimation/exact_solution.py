@@ -9,9 +9,9 @@ from estimation.covariances import ModelCovariances
 from estimation.cross_covariance import wrench_covariance
 from estimation.elimination import sweep_down, sweep_down_spreads, sweep_up
 from estimation.errors import CovarianceError, MeasurementError
+from estimation.estimate_inputs import of_frames
 from estimation.kernel import Results, Solve, solve_frames, supports
 from estimation.problem import Problem, assemble
-from estimation.run_inputs import of_frames
 from estimation.sensors import Measurement
 from estimation.spatial import Array, IntArray
 from estimation.tree import EstimationTree

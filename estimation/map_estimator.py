@@ -14,6 +14,14 @@ from numpy.typing import ArrayLike
 
 from estimation.covariances import APPLICATION, ModelCovariances, TwoStepCovariances
 from estimation.errors import KernelMissingError, MissingMeasurementError, UnknownLinkError
+from estimation.estimate_inputs import (
+    Missing,
+    completed,
+    force_sensors,
+    free_links,
+    of_frames,
+    usable_frames,
+)
 from estimation.estimate_record import Estimate, Method, from_results
 from estimation.exact_solution import (
     CHUNK,
@@ -27,14 +35,6 @@ from estimation.kernel import Results, Solve, kernel_state, loaded_kernel
 from estimation.momentum import momentum_rate, newton_euler
 from estimation.ncwe import external_wrenches
 from estimation.problem import net_wrenches
-from estimation.run_inputs import (
-    Missing,
-    completed,
-    force_sensors,
-    free_links,
-    of_frames,
-    usable_frames,
-)
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from estimation.estimate_inputs import of_frames
 from estimation.estimate_record import Estimate
 from estimation.foot_force_record import FootForces
 from estimation.hands import HandTracker
@@ -25,7 +26,6 @@ from estimation.run_checks import (
     unseen_segments,
 )
 from estimation.run_chunks import Loads, chunk_of, hold_frames, loads_of
-from estimation.run_inputs import of_frames
 from estimation.run_knowledge import joints_known
 from estimation.run_part import RunPart
 from estimation.run_records import (
@@ -50,7 +50,7 @@ from estimation.run_sensors import (
     free_hands,
 )
 from estimation.run_tare import tare_stance
-from estimation.run_words import mass_in_words, settings_in_words
+from estimation.run_words import hold_in_words, mass_in_words, settings_in_words
 from estimation.sensors import Measurement, frames_at_fault
 from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, times, transposed
 from estimation.stance_calibration import (
@@ -377,6 +377,8 @@ class RecordingRun:
             why = "; ".join(self._findings.texts()) or "none was added"
             raise RunInputError(f"expected at least one frame to estimate, got none: {why}")
         self._holds.extend(self._collector.close())
+        for text in filter(None, map(hold_in_words, self._holds)):
+            self._findings.note(text)
         gaps = np.concatenate(self._gaps)
         gap = None
         if len(gaps):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.run_inputs import of_frames
+from estimation.estimate_inputs import of_frames
 from estimation.sensors import Measurement
 from estimation.spatial import Array, BoolArray, IntArray
 

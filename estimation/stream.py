@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from estimation.covariances import ModelCovariances
 from estimation.errors import MeasurementError, UnknownLinkError
+from estimation.estimate_inputs import completed, free_links
 from estimation.estimate_record import Estimate, from_results
 from estimation.exact_solution import Wanted, numpy_solution
 from estimation.kernel import Call, Observations, Results, Tables, doubtful, results, tables
 from estimation.map_estimator import chosen_kernel
-from estimation.run_inputs import completed, free_links
 from estimation.sensors import (
     Accelerometer,
     ForceTorque,

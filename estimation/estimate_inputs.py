@@ -1,4 +1,4 @@
-"""What a run is estimated from: frames that can be used, measurements cut to them, what is derived.
+"""What is estimated from: frames that can be used, measurements cut to them, what is derived.
 
 Nothing missing is ever taken to be zero: an acceleration is measured, derived from the motion and
 said to be, or refused.
