@@ -15,7 +15,8 @@ SETTLE_S = 0.4
 #: Frames are summed over blocks of this length, s.
 BLOCK_S = 0.2
 #: A hold is cut into so many parts, or fewer where it is short: by how they differ shows how far
-#: errors of neighbouring frames hang together. Fewer than the second number tell nothing.
+#: errors of neighbouring frames hang together. Fewer than the second number tell nothing: then all
+#: frames are taken to share one error.
 PARTS, LEAST_PARTS = 10, 5
 
 
@@ -143,6 +144,8 @@ class HoldCollector:
         if len(weight) >= LEAST_PARTS:
             scatter = np.sum((moment - weight * mass) ** 2 / weight) / (len(weight) - 1)
             variance *= max(1.0, _few(len(weight)) * float(scatter))
+        else:
+            variance *= float(whole["frames"])
         pairs = whole["moments"] / whole["weight"]
         if len(pairs):
             variance += self.widening**2 * float(np.mean(pairs**2))
@@ -159,6 +162,8 @@ class HoldCollector:
             scatter = apart.T @ apart * (_few(len(apart)) * len(apart) / (len(apart) - 1))
             if np.trace(scatter) > np.trace(covariance):
                 covariance = scatter
+        else:
+            covariance = count * covariance
         pairs = whole["forces"] / count
         if len(pairs):
             covariance = covariance + self.widening**2 * pairs.T @ pairs / len(pairs)

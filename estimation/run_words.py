@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from estimation.run_records import RunSettings
+from estimation.run_records import PayloadHold, RunSettings
 from estimation.run_sensors import SIDEWAYS_SHARE
 from estimation.stance_calibration import StanceCalibration
 
@@ -63,6 +63,18 @@ def settings_in_words(
             "not known, and their weight is uncertain to all above"
         )
     return out
+
+
+def hold_in_words(hold: PayloadHold) -> str:
+    """Returns what to look for where hands would have to pull upwards, or nothing."""
+    most = hold.mass().quantiles_kg
+    if most is None or most[2] >= 0.0:
+        return ""
+    return (
+        f"from {hold.start_s:.2f} to {hold.end_s:.2f} s the hands would bear "
+        f"{hold.mass().mass_kg:.1f} kg, less than nothing: something else bears the person, body "
+        "mass is too high, or the motion is too quick for its derived accelerations"
+    )
 
 
 def mass_in_words(gap_kg: float, body_kg: float) -> str:

@@ -3,6 +3,7 @@ import pytest
 
 from estimation import HandState
 from estimation.payload_holds import HoldCollector, HoldFrames
+from estimation.run_words import hold_in_words
 
 DT = 0.01
 
@@ -138,3 +139,21 @@ def test_short_stretches_are_no_holds_and_an_untold_split_is_none():
     pull = np.tile([0.0, 0.0, 9.81], (300, 1))
     (hold,) = holds(frames_of(-pull, pull, parts_known=False))
     assert hold.split_kg is None
+
+
+def test_a_hold_too_short_to_tell_its_errors_apart_takes_them_for_one():
+    pull = np.tile([0.0, 0.0, 9.81], (130, 1))
+    covariance = np.tile(100.0 * np.eye(3), (130, 1, 1))
+    (hold,) = holds(frames_of(-pull, pull, covariance=covariance))
+    for definition in ("inertial", "vertical"):
+        assert hold.mass(definition).sd_kg == pytest.approx(10.0 / 9.81, rel=1e-6)
+    assert hold.mass("norm").sd_kg == pytest.approx(10.0 / 9.81, rel=1e-6)
+
+
+def test_hands_that_would_pull_upwards_are_said():
+    pull = np.tile([0.0, 0.0, 9.81], (400, 1))
+    (hold,) = holds(frames_of(5.0 * pull, pull))
+    assert "-5.0 kg, less than nothing" in hold_in_words(hold)
+    for true in (0.0, 5.0):
+        (hold,) = holds(frames_of(-true * pull, pull))
+        assert not hold_in_words(hold)
