@@ -17,6 +17,8 @@ from human.marker_recording import PlateForces
 _MARGIN_S = 5.0
 #: Longest stretch worked on at once to take in a tare that comes late.
 _LONGEST_FIRST_S = 600.0
+#: Offsets of two parts of a recording differ by so many standard deviations and seconds at least.
+_SURE, _CLOCK_S = 4.0, 0.02
 
 
 @dataclass(eq=False)
@@ -38,6 +40,8 @@ class FeetOfTake:
     stances: list[PlateStance] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
     findings: list[str] = field(default_factory=list)
+    _clock_open: bool = False
+    _clock_sd: float | None = None
 
     def windows(self) -> Iterator[tuple[Motion, FootForces | None]]:
         """Yields the motion's windows, each with the wrenches under the feet, None without plates.
@@ -76,6 +80,8 @@ class FeetOfTake:
             )
             zeros = forces.zeros
             self._remember(forces, float(now.time_s[0]), float(now.time_s[-1]))
+            if before is not None:
+                self._doubt_clock(now, plates, offset)
             inside = (wide.time_s >= now.time_s[0]) & (wide.time_s <= now.time_s[-1])
             yield now, forces.select(inside)
             before, now = now, after
@@ -109,12 +115,32 @@ class FeetOfTake:
             return 0.0
         part = _of_time(plates, float(motion.time_s[0]) - 1.0, float(motion.time_s[-1]) + 1.0)
         found = align(self.body.model, motion, part)
+        self._clock_open, self._clock_sd = True, found.sd_s
         self.clock = {
             "offset_s": round(found.offset_s, 4),
             "sd_s": None if found.sd_s is None else round(found.sd_s, 4),
             "from": found.words,
         }
         return found.offset_s
+
+    def _doubt_clock(self, motion: Motion, plates: PlateForces, offset_s: float) -> None:
+        """Says so where a later part of the recording asks for another offset than the first."""
+        if not self._clock_open:
+            return
+        start, end = float(motion.time_s[0]), float(motion.time_s[-1])
+        part = _of_time(plates, start - offset_s - 1.0, end - offset_s + 1.0)
+        found = align(self.body.model, motion, part)
+        if found.estimated_s is None or found.sd_s is None:
+            return
+        self._clock_sd = self._clock_sd or found.sd_s
+        sd = float(np.hypot(self._clock_sd, found.sd_s))
+        if abs(found.estimated_s - offset_s) > max(_SURE * sd, _CLOCK_S):
+            self._clock_open = False
+            self.findings.append(
+                f"plates' clock from {start:.1f} to {end:.1f} s: {found.estimated_s:+.3f} s fits "
+                f"best (sd {found.sd_s:.3f} s), {offset_s:+.3f} s is used: the clocks drift apart, "
+                "or the beginning told it wrongly or not at all; state the offset"
+            )
 
     def _remember(self, forces: FootForces, start_s: float, end_s: float) -> None:
         for stance in forces.stances:
