@@ -122,7 +122,7 @@ def align(
         return _untold(f"offsets of {estimated:+.3f} and {other:+.3f} s fit almost alike")
     told = f"plates' clock: {estimated:+.3f} s fits best (sd {sd:.3f} s)"
     if abs(estimated) <= max(_SURE * sd, 0.5 * step):
-        return ClockOffset(0.0, estimated, sd, f"{told}, no different from zero; left as it is")
+        return ClockOffset(0.0, estimated, sd, f"{told}, too near zero to count; left as it is")
     return ClockOffset(estimated, estimated, sd, f"{told}; added to the plates' times")
 
 

@@ -28,6 +28,8 @@ _LIKELY = (0.7, 1.4)
 _STEADY = 0.2
 #: Forces this far from any foot are somewhere else; those so near are under one, m.
 _FAR_M, _UNDER_M = 2.0, 0.3
+#: Friction under a sole turns by less than the force at this lever, m.
+_FREE_LEVER_M = 0.3
 #: A foot that rests on a plate without bearing for longer than this, s, still stands on it.
 _IDLE_S = 0.2
 #: Kept away from both ends of an unloaded time: a foot comes and goes gently, s.
@@ -124,6 +126,14 @@ def mended_units(
             f"plates: they bear {usual:.4g} N while stood on, the person weighs {weight_n:.0f} N: "
             "much of the weight is elsewhere (a chair, a handrail, the floor), or a load is "
             "carried, or the unit is not N"
+        )
+    _, turning, bears = out.centres_of_pressure(_LIKELY[0] * weight_n)
+    lever = float(np.median(np.abs(turning[bears]))) / weight_n if np.any(bears) else 0.0
+    if lever > _FREE_LEVER_M:
+        findings.append(
+            f"plates: they turn a foot about the vertical by {lever * weight_n:.0f} N m, which no "
+            "sole can hold; their moments have another unit than their forces, and no torque of "
+            "this recording is to be believed"
         )
     if np.isfinite(away) and away > _FAR_M:
         findings.append(

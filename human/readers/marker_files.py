@@ -71,7 +71,7 @@ def read_markers(
             raise UnknownFormatError(file.name, "markers in the column map", "none")
         return replace(table.markers, plates=table.plates)
     if kind not in _MARKERS:
-        raise UnknownFormatError(file.name, "markers: C3D, TRC, CSV or .mat", "another file")
+        raise UnknownFormatError(file.name, "markers: C3D, TRC, CSV or .mat", _other(file))
     digest = sha256_of(file)
     return _MARKERS[kind](file, digest)
 
@@ -100,10 +100,16 @@ def read_plates(
         plates = read_table(file, _needed(columns, file), ("plates",)).plates
     if plates is None:
         raise UnknownFormatError(
-            file.name, "force plates: MOT, STO, C3D with plates, CSV or .mat", "none",
+            file.name, "force plates: MOT, STO, C3D with plates, CSV or .mat", _other(file),
             "Give the file that holds the forces.",
         )  # fmt: skip
     return plates
+
+
+def _other(file: Path) -> str:
+    if not file.is_file():
+        return "no such file"
+    return "another file" if file.stat().st_size else "an empty file"
 
 
 def _needed(columns: str | PathLike[str] | None, file: Path) -> str | PathLike[str]:

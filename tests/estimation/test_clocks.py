@@ -60,7 +60,7 @@ def test_zero_is_left_at_zero(person, walk_and_plates):
     clock = found(person, motion, plates["rails"])
     assert clock.offset_s == 0.0
     assert clock.estimated_s is not None
-    assert "no different from zero" in clock.words
+    assert "too near zero" in clock.words
 
 
 def test_a_squat_tells_with_a_load_and_a_wrong_body_mass(person):

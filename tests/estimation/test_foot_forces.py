@@ -301,6 +301,13 @@ def test_half_a_foot_on_a_plate_is_not_known(scene):
     assert np.all(feet.left.usable)
 
 
+def test_moments_that_no_sole_can_hold_are_named(scene, rails):
+    spoilt = rails.moment.copy()
+    spoilt[..., 2] += 0.5 * rails.force[..., 2]
+    feet = found(scene, replace(rails, moment=spoilt))
+    assert any("no sole can hold" in text for text in feet.findings)
+
+
 def test_what_is_loaded_under_no_foot_is_left_out(scene, rails):
     rail = ForcePlate("rail", np.array([1.0, -1.5, 0.9]), 0.9)
     force = np.concatenate([rails.force, np.zeros((len(rails.time_s), 1, 3))], axis=1)
