@@ -138,6 +138,7 @@ def draw_models(
     rng: np.random.Generator,
     *,
     plates: Sequence[str] = (),
+    heading_rad: float = 0.0,
     body_mass_sd_kg: float | None = None,
 ) -> tuple[ModelDraw, ...]:
     """Draws ``errors.pairs`` bodies; each stands for its opposite, too.
@@ -147,15 +148,18 @@ def draw_models(
         errors: how wrong it may be.
         rng: source of all randomness.
         plates: links whose force sensors are fixed to the world and may be misplaced.
+        heading_rad: where the person faces, from the world's x axis towards y: draws are theirs,
+            not the world's, so that a scene that is turned has the same bands.
         body_mass_sd_kg: how well the whole body's mass is known if it was weighed; None if not:
             then it is as uncertain as the sum of its parts.
     """
     masses, draws = tree.inertias[:, 0, 0], []
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
     for _ in range(errors.pairs):
         mass = errors.segment_mass * rng.normal(size=tree.n_links)
         length = errors.segment_length * rng.normal(size=tree.n_links)
         angle = np.radians(errors.joint_angle_deg) * rng.normal(size=tree.n_dof)
-        shift = errors.plate_offset_m * rng.normal(size=(len(plates), 2))
+        shift = errors.plate_offset_m * rng.normal(size=(len(plates), 2)) @ [[c, s], [-s, c]]
         if body_mass_sd_kg is not None:
             wanted = body_mass_sd_kg * rng.normal()
             mass = mass + (wanted - float(masses @ mass)) / tree.mass_kg

@@ -59,6 +59,7 @@ from estimation.stance_calibration import (
 )
 from estimation.tree import EstimationTree, real_tree
 from human import HumanModel, Motion
+from human.rotations import quaternion_to_matrix
 
 #: Frames that become one chunk.
 CHUNK = 2048
@@ -212,11 +213,13 @@ class RecordingRun:
         if self.tare is not None:
             self._weigh(self.tare.error_kg, self._model.total_mass_kg)
         if settings.model_errors is not None and settings.method == "one_step":
+            forward = quaternion_to_matrix(motion.q[0, 3:7])[:, 0]
             self._draws = draw_models(
                 self.tree,
                 settings.model_errors,
                 np.random.default_rng(settings.seed),
                 plates=FEET if feet is not None else (),
+                heading_rad=float(np.arctan2(forward[1], forward[0])),
                 body_mass_sd_kg=None if self.tare is None else self.tare.sd_kg,
             )
             self._collector.widening = settings.model_errors.widening

@@ -184,7 +184,7 @@ def test_portions_make_no_difference(person, carried, feet, answer):
 def test_a_scene_turned_about_the_vertical_gives_the_same(person, carried, feet):
     rows = slice(60, 160)
     motion, here = carried.motion.select(rows), feet.select(rows)
-    settings = RunSettings(model_errors=ModelErrors(pairs=2, plate_offset_m=0.0))
+    settings = RunSettings(model_errors=ModelErrors(pairs=2))
     one, first = estimate_run(person, motion, here, settings)
     two, second = estimate_run(person, *turned(motion, here, 2.1, (3.0, -1.0, 0.0)), settings)
     for name in (
