@@ -1,8 +1,9 @@
-"""Makes the README's picture: the demonstration on the dashboard, photographed.
+"""Makes the pictures of the dashboard: the demonstration, and a simulated lift on force plates.
 
 Run from the checkout's root with the built page: ``python -m docs.screenshot``. It makes the
 demonstration in a folder that it removes again (``--data DIR`` uses one that is there), serves it
-on a free port and writes ``docs/images/dashboard.png``, and the same at the size of a phone.
+on a free port and writes ``docs/images/dashboard.png``, the same at the size of a phone, and
+``estimate.png``.
 """
 
 import argparse
@@ -18,9 +19,11 @@ from pathlib import Path
 import uvicorn
 from playwright.sync_api import Page, sync_playwright
 
+from app.client import Client
 from app.demo import load_demo
 from app.main import create_app
 from app.settings import Settings
+from tests.app.estimates.lifting import EMPTY_S, PERSON, write_lifting
 
 IMAGES = Path(__file__).parent / "images"
 FLAGS = (
@@ -30,8 +33,9 @@ FLAGS = (
     "--enable-unsafe-swiftshader",
     "--disable-background-networking",
 )
-DRAWN = """() => document.querySelector("ec-app")?.renderRoot?.querySelector("ec-assessment-page")
-    ?.renderRoot.querySelector("ec-player")?.figure?.drawn > 2"""
+DRAWN = """() => document.querySelector("ec-app")?.renderRoot
+    ?.querySelector("ec-assessment-page, ec-estimate-page")?.renderRoot
+    .querySelector("ec-player")?.figure?.drawn > 2"""
 
 
 @contextmanager
@@ -63,8 +67,29 @@ def photograph(page: Page, address: str, file: Path) -> None:
     page.screenshot(path=file)
 
 
+def estimate(address: str, folder: Path) -> str:
+    """Estimates a simulated lift of a box; returns the estimate's id."""
+    files = write_lifting(folder)
+    with Client(address) as client:
+        recording = client.add_recording(files.motion)
+        client.add_file(recording["id"], "static", files.static)
+        client.add_file(recording["id"], "grf", files.grf)
+        found = client.estimate(
+            recording["id"], height_m=PERSON.height_m, mass_kg=PERSON.mass_kg, tare_s=list(EMPTY_S)
+        )
+        return str(found["id"])
+
+
+def photograph_estimate(page: Page, address: str, file: Path) -> None:
+    """Takes the picture of an estimate as it opens."""
+    page.goto(address)
+    page.wait_for_function(DRAWN)
+    page.wait_for_timeout(800)
+    page.screenshot(path=file)
+
+
 def main() -> None:
-    """Takes both pictures."""
+    """Takes all pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, help="a data folder to use, and to leave")
     options = parser.parse_args()
@@ -76,6 +101,9 @@ def main() -> None:
                 page = browser.new_page(viewport={"width": width, "height": height})
                 photograph(page, address, IMAGES / f"{name}.png")
                 page.close()
+            found = estimate(address, Path(folder))
+            page = browser.new_page(viewport={"width": 1280, "height": 1010})
+            photograph_estimate(page, f"{address}#/estimates/{found}", IMAGES / "estimate.png")
         browser.close()
 
 

@@ -84,7 +84,8 @@ def drawn(page: Page) -> None:
     page.wait_for_function(
         """() => {
           const app = document.querySelector("ec-app");
-          const view = app?.renderRoot?.querySelector("ec-assessment-page, ec-score-page");
+          const pages = "ec-assessment-page, ec-score-page, ec-estimate-page";
+          const view = app?.renderRoot?.querySelector(pages);
           const figure = view?.renderRoot.querySelector("ec-player")?.figure;
           return figure && figure.angleOf("jL5S1_roty") !== null && figure.drawn > 1;
         }"""

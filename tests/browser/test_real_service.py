@@ -18,10 +18,11 @@ from playwright.sync_api import Page, expect
 from app.main import create_app
 from app.settings import Settings
 from human import SEGMENTS, forward_kinematics
-from tests.app.conftest import Scene, bvh, scene
+from tests.app.conftest import Scene, bvh, lifting, scene
+from tests.app.estimates.lifting import BOX_KG, EMPTY_S, PERSON, Lifting
 from tests.browser.conftest import Watched, drawn
 
-__all__ = ["bvh", "scene"]  # fixtures of the service's own tests
+__all__ = ["bvh", "lifting", "scene"]  # fixtures of the service's own tests
 
 FAULTY = "through-the-floor"
 
@@ -163,6 +164,41 @@ def test_a_recording_is_scored_and_its_worst_moment_shown(page: Page, bvh: Path)
     moments.last.click()
     expect(moments.last).to_have_attribute("aria-current", "true")
     expect(page.locator("ec-assumed")).to_contain_text("What that would change")
+
+
+def test_a_box_on_plates_is_weighed_and_the_figures_are_the_services(
+    page: Page, running: Running, lifting: Lifting
+) -> None:
+    page.get_by_role("link", name="Forces and payload").click()
+    files = {"motion": lifting.motion, "static": lifting.static, "grf": lifting.grf}
+    for role, file in files.items():
+        page.locator(f"[data-role={role}] input").set_input_files(file)
+    page.get_by_label("Height").fill(str(PERSON.height_m))
+    page.get_by_label("Mass").fill(str(PERSON.mass_kg))
+    page.get_by_label("Tare from").fill(str(EMPTY_S[0]))
+    page.get_by_label("Tare to").fill(str(EMPTY_S[1]))
+    page.get_by_role("button", name="Estimate").click()
+    drawn(page)
+    estimate = httpx2.get(f"{running.address}v1/estimates/{page.url.split('/')[-1]}").json()
+    assert estimate["options"]["tare_s"] == list(EMPTY_S)
+    (held,) = (hold for hold in estimate["holds"] if hold["state"] == "loaded")
+    mass = held["mass_kg"]["p50"]
+    assert mass == pytest.approx(BOX_KG, abs=0.3)
+    expect(page.get_by_role("heading", level=1)).to_contain_text(f"{mass:.2f} kg")
+    holds = page.get_by_role("region", name="Payload by hold")
+    expect(holds).to_contain_text("only the sum can be told")
+    for said in estimate["assumed"]:
+        expect(page.get_by_role("listitem").filter(has_text=said).first).to_be_visible()
+    # The body stands where the service's columns put it, and bears what they say.
+    time_s = page.locator("ec-transport").evaluate("bar => bar.playback.time")
+    wanted = "jRightElbow_rotz_angle_rad,payload_p50_kg"
+    url = f"{running.address}{estimate['series_url'][1:]}?columns={wanted}&start={time_s - 1e-6}"
+    columns = httpx2.get(url).json()["columns"]
+    assert columns["time_s"][0] == pytest.approx(time_s)
+    angle = page.locator("ec-figure").evaluate("body => body.angleOf('jRightElbow_rotz')")
+    assert angle == pytest.approx(columns["jRightElbow_rotz_angle_rad"][0], abs=1e-5)
+    payload = page.locator("ec-chart").filter(has_text="Payload").locator("output")
+    expect(payload).to_contain_text(f"{columns['payload_p50_kg'][0]:.2f} kg")
 
 
 def test_a_file_that_is_no_recording_is_refused(page: Page, tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ export function unionOfTimes(lists: readonly (readonly number[])[]): number[] {
 }
 
 /**
- * Values of a series at other times: linear inside its own support, null outside.
+ * Values of a series at other times: linear inside its own support, null outside and wherever a
+ * neighbour is not known (not a number).
  *
  * Plots of candidates that last differently share one axis this way, and none is drawn past its end.
  */
@@ -26,6 +27,7 @@ export function resample(series: Timed, times: readonly number[]): (number | nul
     if (time < first || time > last) return null;
     const { index, fraction } = placeOf(own, time);
     const here = values[index]!;
-    return fraction === 0 ? here : here + fraction * (values[index + 1]! - here);
+    const value = fraction === 0 ? here : here + fraction * (values[index + 1]! - here);
+    return Number.isNaN(value) ? null : value;
   });
 }

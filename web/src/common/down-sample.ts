@@ -3,7 +3,8 @@
  *
  * Cuts the samples into equal buckets and keeps, per bucket and column, the lowest and the highest
  * sample, with the first and last of all: a peak of a single frame stays visible however far one
- * zooms out, which averaging or picking every n-th sample would hide.
+ * zooms out, which averaging or picking every n-th sample would hide. Of values that are not known
+ * (not a number) each bucket keeps one, so that a gap stays a gap.
  *
  * @param columns Series of one length.
  * @param buckets Number of buckets; about twice the pixels of the plot is plenty.
@@ -19,10 +20,17 @@ export function keepExtremes(columns: readonly ArrayLike<number>[], buckets: num
     for (const column of columns) {
       let lowest = from;
       let highest = from;
-      for (let index = from + 1; index < to; index++) {
-        if (column[index]! < column[lowest]!) lowest = index;
-        if (column[index]! > column[highest]!) highest = index;
+      let gap = -1;
+      for (let index = from; index < to; index++) {
+        const value = column[index]!;
+        if (Number.isNaN(value)) {
+          if (gap < 0) gap = index;
+          continue;
+        }
+        if (!(value >= column[lowest]!)) lowest = index;
+        if (!(value <= column[highest]!)) highest = index;
       }
+      if (gap >= 0) kept.add(gap);
       kept.add(lowest);
       kept.add(highest);
     }

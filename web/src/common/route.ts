@@ -1,7 +1,8 @@
 /** Which page the address names; it stands after the `#`, so that the service needs to know one page only. */
 export type Route =
   | { page: "assessment"; assessment: string | null; candidate: string | null }
-  | { page: "recording" };
+  | { page: "recording" }
+  | { page: "estimate"; estimate: string | null };
 
 /** Reads an address; anything unknown is the page of the newest assessment. */
 export function parseRoute(hash: string): Route {
@@ -10,6 +11,7 @@ export function parseRoute(hash: string): Route {
     .split("/")
     .map(decode);
   if (parts[0] === "recording") return { page: "recording" };
+  if (parts[0] === "estimates") return { page: "estimate", estimate: parts[1] || null };
   const known = parts[0] === "assessments";
   return {
     page: "assessment",
@@ -20,8 +22,12 @@ export function parseRoute(hash: string): Route {
 
 export function formatRoute(route: Route): string {
   if (route.page === "recording") return "#/recording";
-  const parts = [route.assessment, route.candidate].filter((part) => part !== null);
-  return ["#/assessments", ...parts.map(encodeURIComponent)].join("/");
+  const [place, ids] =
+    route.page === "estimate"
+      ? ["#/estimates", [route.estimate]]
+      : ["#/assessments", [route.assessment, route.candidate]];
+  const parts = ids.filter((part) => part !== null);
+  return [place, ...parts.map(encodeURIComponent)].join("/");
 }
 
 function decode(part: string): string {

@@ -29,6 +29,13 @@ export interface Zone {
   label: string;
 }
 
+/** A stretch of time to shade: where nothing is known, or where what is drawn is doubtful. */
+export interface Shade {
+  from: number;
+  to: number;
+  kind: "unknown" | "doubtful";
+}
+
 /** What uPlot draws: the curves in order, the band's two edges first, all over one time axis. */
 export interface ChartData {
   lines: Line[];

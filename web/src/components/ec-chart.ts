@@ -1,4 +1,4 @@
-import { LitElement, type PropertyValues, css, html, unsafeCSS } from "lit";
+import { LitElement, type PropertyValues, css, html, nothing, unsafeCSS } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import uPlot from "uplot";
 import uPlotCss from "uplot/dist/uPlot.min.css?inline";
@@ -6,7 +6,8 @@ import uPlotCss from "uplot/dist/uPlot.min.css?inline";
 import type { Playback } from "../common/playback";
 import { PlaybackController } from "../common/playback-controller";
 import { sharedStyles } from "../common/shared-styles";
-import { type Line, type Range, type Zone, chartData } from "./chart-series";
+import { type Line, type Range, type Shade, type Zone, chartData } from "./chart-series";
+import { drawShades } from "./chart-shades";
 
 const AXIS_WIDTH = 48;
 
@@ -23,6 +24,8 @@ export class EcChart extends LitElement {
   @property({ attribute: false }) lines: Line[] = [];
   @property({ attribute: false }) range: Range | null = null;
   @property({ attribute: false }) zones: Zone[] = [];
+  /** Stretches of time in which the value is not known, or doubtful. */
+  @property({ attribute: false }) shades: Shade[] = [];
   /** Ends of the value axis; from the data where not given. */
   @property({ attribute: false }) limits: [number, number] | null = null;
   /** Values at which the axis is marked; chosen by the plot where not given. */
@@ -66,7 +69,8 @@ export class EcChart extends LitElement {
       .title {
         display: flex;
         align-items: baseline;
-        gap: 0.5rem;
+        flex-wrap: wrap;
+        gap: 0 0.5rem;
         min-height: 1.5rem;
       }
       .title h3 {
@@ -94,6 +98,12 @@ export class EcChart extends LitElement {
         border-left: 1.5px solid var(--ink);
         opacity: 0.7;
         pointer-events: none;
+      }
+      .none {
+        position: absolute;
+        inset: 0;
+        display: grid;
+        place-items: center;
       }
       .u-select,
       .u-cursor-x,
@@ -123,6 +133,11 @@ export class EcChart extends LitElement {
         @pointercancel=${this.#onUp}
       >
         <div class="head" hidden></div>
+        ${
+          this.lines.length > 0 && !this.#known().length
+            ? html`<p class="none soft small">Cannot be told from what was measured.</p>`
+            : nothing
+        }
       </div>
     `;
   }
@@ -150,11 +165,17 @@ export class EcChart extends LitElement {
   }
 
   #summary(): string {
-    const main = this.lines.find((line) => line.kind === "main");
-    if (!main || main.values.length === 0) return `${this.label}: no data`;
-    const low = Math.min(...main.values).toFixed(1);
-    const high = Math.max(...main.values).toFixed(1);
+    const known = this.#known();
+    if (known.length === 0) return `${this.label}: no data`;
+    const low = known.reduce((a, b) => Math.min(a, b)).toFixed(1);
+    const high = known.reduce((a, b) => Math.max(a, b)).toFixed(1);
     return `${this.label} over time, from ${low} to ${high} ${this.unit}`;
+  }
+
+  /** Values of the answer wherever there are any. */
+  #known(): number[] {
+    const main = this.lines.find((line) => line.kind === "main");
+    return main ? main.values.filter((value) => Number.isFinite(value)) : [];
   }
 
   #colour(name: string): string {
@@ -223,7 +244,10 @@ export class EcChart extends LitElement {
         ? [{ series: [1, 2], fill: withAlpha(this.#colour("--accent"), 0.17) }]
         : [],
       hooks: {
-        drawClear: [(u) => this.#drawZones(u)],
+        drawClear: [
+          (u) => drawShades(u, this.shades, this.#colour("--line"), this.#colour("--sunken")),
+          (u) => this.#drawZones(u),
+        ],
         draw: [
           (u) => {
             this.#drawZoneLabels(u);
@@ -239,7 +263,7 @@ export class EcChart extends LitElement {
   }
 
   #series(line: Line): uPlot.Series {
-    const base: uPlot.Series = { label: line.label, points: { show: false }, spanGaps: true };
+    const base: uPlot.Series = { label: line.label, points: { show: false }, spanGaps: false };
     const paths = line.stepped ? uPlot.paths.stepped!({ align: 1 }) : undefined;
     const looks = {
       main: { stroke: this.#colour("--accent"), width: 2 },

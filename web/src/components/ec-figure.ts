@@ -290,7 +290,8 @@ export class EcFigure extends LitElement {
   #effortOf(joint: string): number | null {
     const efforts = this.posture?.effort_p50_nm?.[joint];
     if (!this.posture || !efforts) return null;
-    return valueAt(this.posture.time_s, efforts, this.playback?.time ?? 0);
+    const effort = valueAt(this.posture.time_s, efforts, this.playback?.time ?? 0);
+    return Number.isNaN(effort) ? null : effort;
   }
 
   /** Frames body and path once per model, so that changing candidates keeps the view. */

@@ -1,5 +1,6 @@
 /** Every request of the page. Paths are relative, so that it works behind a prefix. */
 import { ProblemError, problemOf } from "./problems";
+import type { EstimateItem, EstimateRequest, EstimateSummary, SeriesPart } from "./estimate-types";
 import type {
   Assessment,
   AssessmentSummary,
@@ -81,14 +82,30 @@ export const addRecording = (file: File) =>
     body: file,
   });
 
+/** Adds a file to a recording; one of the same role is replaced. */
+export const addRecordingFile = (recording: string, role: string, file: File) =>
+  json<RecordingSummary>(
+    `v1/recordings/${id(recording)}/files?role=${id(role)}&name=${id(file.name)}`,
+    { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file },
+  );
+
+/** Waits until the next look at an operation, or until it is to be stopped. */
+const pause = (signal?: AbortSignal) =>
+  new Promise<void>((resolve) => {
+    setTimeout(resolve, POLL_MS);
+    signal?.addEventListener("abort", () => resolve(), { once: true });
+  });
+
 /**
  * Posts JSON and returns the result. Where the service answers 202, follows the operation, calling
- * `onProgress` with a fraction and a message, until its result can be fetched.
+ * `onProgress` with a fraction and a message, until its result can be fetched. When `signal` aborts,
+ * the service is asked to stop the work, and what it then says of it is thrown.
  */
 async function postJson<T>(
   path: string,
   body: string,
   onProgress: (fraction: number | null, message: string) => void = () => undefined,
+  signal?: AbortSignal,
 ): Promise<T> {
   const response = await request(path, {
     method: "POST",
@@ -104,7 +121,13 @@ async function postJson<T>(
       status: 202,
     });
   }
+  let stopping = false;
   for (;;) {
+    if (signal?.aborted && !stopping) {
+      stopping = true;
+      // Work that has just ended cannot be stopped any more; how it ended is read below.
+      await request(`${local(location)}/cancel`, { method: "POST" }).catch(() => undefined);
+    }
     const operation = await json<Operation>(local(location));
     if (operation.state === "succeeded" && operation.result_url) {
       return json<T>(local(operation.result_url));
@@ -119,7 +142,7 @@ async function postJson<T>(
     }
     const { done, total, message } = operation.progress ?? {};
     onProgress(done !== undefined && total ? done / total : null, message ?? operation.state);
-    await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    await pause(stopping ? undefined : signal);
   }
 }
 
@@ -132,3 +155,27 @@ export const createScore = (
   body: ScoreRequest,
   onProgress?: (fraction: number | null, message: string) => void,
 ) => postJson<ScoreResult>("v1/scores", JSON.stringify(body), onProgress);
+
+export const listEstimates = () => json<Items<EstimateItem>>("v1/estimates");
+
+export const getEstimate = (estimate: string, signal?: AbortSignal) =>
+  json<EstimateSummary>(`v1/estimates/${id(estimate)}`, { signal: signal ?? null });
+
+export const createEstimate = (
+  body: EstimateRequest,
+  onProgress?: (fraction: number | null, message: string) => void,
+  signal?: AbortSignal,
+) => postJson<EstimateSummary>("v1/estimates", JSON.stringify(body), onProgress, signal);
+
+/** Columns of an estimate's time series; the service thins very long ones. */
+export const getSeries = (estimate: string, columns: readonly string[], signal?: AbortSignal) =>
+  json<SeriesPart>(`v1/estimates/${id(estimate)}/series?columns=${columns.map(id).join(",")}`, {
+    signal: signal ?? null,
+  });
+
+export const parquetUrl = (estimate: string) => `v1/estimates/${id(estimate)}/series.parquet`;
+
+/** Whether a link alone is refused, since it cannot carry the key. */
+export const needsKey = () => sessionStorage.getItem(KEY) !== null;
+
+export const getParquet = async (estimate: string) => (await request(parquetUrl(estimate))).blob();

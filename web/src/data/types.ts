@@ -149,6 +149,8 @@ export interface RecordingSummary {
   name: string;
   format: string;
   inspection?: Record<string, unknown>;
+  /** What was added to it, such as force plates. */
+  files?: { role: string; name: string }[];
 }
 
 export interface ScoreSummary {

@@ -11,6 +11,7 @@ import { listAssessments, setKey } from "../data/api";
 import { asProblem } from "../data/problems";
 import type { Assessment, AssessmentSummary, Problem } from "../data/types";
 import "./ec-assessment-page";
+import "./ec-estimate-page";
 import "./ec-score-page";
 
 /** The page: its header, and the view that the address names. */
@@ -51,10 +52,12 @@ export class EcApp extends LitElement {
       }
       nav {
         display: flex;
+        flex-wrap: wrap;
         gap: 0.2rem;
       }
       nav a {
         padding: 0.3rem 0.7rem;
+        white-space: nowrap;
         border-radius: 7px;
         color: var(--ink-soft);
         text-decoration: none;
@@ -95,6 +98,12 @@ export class EcApp extends LitElement {
         header {
           padding: 0.55rem 0.7rem;
         }
+        nav {
+          gap: 0;
+        }
+        nav a {
+          padding: 0.3rem 0.45rem;
+        }
         .tools {
           width: 100%;
         }
@@ -122,6 +131,7 @@ export class EcApp extends LitElement {
         <span class="brand"><img src="icon.svg" alt="" />Ergocast</span>
         <nav aria-label="Views">
           ${this.#link("Robot trajectories", "assessment")} ${this.#link("Recording", "recording")}
+          ${this.#link("Forces and payload", "estimate")}
         </nav>
         ${this.route.page === "assessment" ? this.#tools() : nothing}
       </header>
@@ -131,10 +141,13 @@ export class EcApp extends LitElement {
   }
 
   #link(text: string, page: Route["page"]) {
-    const target: Route =
-      page === "recording" ? { page } : { page: "assessment", assessment: null, candidate: null };
+    const targets: Record<Route["page"], Route> = {
+      assessment: { page: "assessment", assessment: null, candidate: null },
+      recording: { page: "recording" },
+      estimate: { page: "estimate", estimate: null },
+    };
     return html`<a
-      href=${formatRoute(target)}
+      href=${formatRoute(targets[page])}
       aria-current=${this.route.page === page ? "page" : nothing}
       >${text}</a
     >`;
@@ -170,6 +183,13 @@ export class EcApp extends LitElement {
   #view() {
     if (this.problem?.status === 401) return this.#keyForm();
     if (this.route.page === "recording") return html`<ec-score-page></ec-score-page>`;
+    if (this.route.page === "estimate") {
+      return html`<ec-estimate-page
+        .estimateId=${this.route.estimate}
+        @estimate-select=${(event: CustomEvent<string | null>) =>
+          this.#go({ page: "estimate", estimate: event.detail })}
+      ></ec-estimate-page>`;
+    }
     const assessment = this.#assessmentId();
     if (assessment !== null) {
       return html`<ec-assessment-page
