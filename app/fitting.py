@@ -334,7 +334,8 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
         _windows=windows,
     )
     out.fit["conversions"] = list(recording.report.conversions)
-    out.say(*body.notes)
+    # Uploaded files are kept under other names than their owners gave them.
+    out.say(*(note.replace(part.path.name, part.name) for note in body.notes))
     if take.static is None:
         out.say("the person was scaled from the motion itself: no static trial was given")
     return out

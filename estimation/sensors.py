@@ -114,11 +114,23 @@ class FreeWrench:
         link: the link.
         force_sd: N, standard deviation expected of each component of the force.
         moment_sd: N m, the same of the moment about the link's origin.
+
+    Raises:
+        MeasurementError: a standard deviation is not a positive number.
     """
 
     link: str
     force_sd: float = 100.0
     moment_sd: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuses what a square would hide."""
+        for name in ("force_sd", "moment_sd"):
+            value = getattr(self, name)
+            if not 0.0 < value < np.inf:
+                raise MeasurementError(
+                    f"FreeWrench on {self.link}: expected {name} above zero, got {value!r}"
+                )
 
 
 Measurement = Accelerometer | AngularAcceleration | JointAcceleration | ForceTorque | FreeWrench

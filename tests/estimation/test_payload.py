@@ -145,3 +145,10 @@ def test_a_saturated_plate_shows_in_the_residual(person, tree):
     bad = run(tree, scene, worse)
     assert np.all(good.residual_chi2 < 1.0)
     assert np.all(bad.residual_chi2 > 100.0)
+
+
+@pytest.mark.parametrize("sd", [-5.0, 0.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("name", ["force_sd", "moment_sd"])
+def test_how_hard_something_may_push_is_a_positive_number(name, sd):
+    with pytest.raises(MeasurementError, match=name):
+        FreeWrench("RightHandCOM", **{name: sd})
