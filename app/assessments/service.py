@@ -23,7 +23,7 @@ from app.problems import NotFound
 from app.version import VERSION
 
 #: Changes whenever the same request would be answered otherwise than before.
-_REVISION = 3
+_REVISION = 4
 
 Progress = Callable[[int, int], None]
 

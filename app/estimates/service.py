@@ -22,7 +22,7 @@ from estimation import EstimationError
 from human.errors import HumanError
 
 #: Changes whenever the same request would be answered otherwise than before.
-_REVISION = 1
+_REVISION = 2
 #: Most rows of one answer of time series; the Parquet file has them all.
 MOST_ROWS = 20_000
 

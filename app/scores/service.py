@@ -35,7 +35,7 @@ from human.marker_recording import MarkerRecording
 from human.recording import Recording
 
 #: Changes whenever the same request would be answered otherwise than before.
-_REVISION = 1
+_REVISION = 2
 #: Most entries of the time series in an answer, and of the postures to play back.
 _SERIES = 6000
 _PLAYED = 1500
