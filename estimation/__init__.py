@@ -6,16 +6,6 @@ from estimation.base_velocity import (
     base_velocity,
     configuration_from_link,
 )
-from estimation.clocks import ClockOffset, align
-from estimation.contacts import (
-    ROLLING_GAIT,
-    SUPPORTS,
-    ContactDetector,
-    Contacts,
-    ContactThresholds,
-    FootMotion,
-    classify_by_force,
-)
 from estimation.covariances import (
     APPLICATION,
     TPOSE_LOAD,
@@ -37,18 +27,34 @@ from estimation.errors import (
     UnknownLinkError,
 )
 from estimation.estimate_record import Estimate, Method
-from estimation.foot_contacts import FootContacts, contacts_of_motion, contacts_of_tracks
-from estimation.foot_force_record import FootForce, FootForces, FootState, PlateStance, PlateZero
-from estimation.foot_forces import feet_from_plates
-from estimation.foot_motion import sole_motion, sole_points
+from estimation.feet.clocks import ClockOffset, align
+from estimation.feet.contacts import (
+    ROLLING_GAIT,
+    SUPPORTS,
+    ContactDetector,
+    Contacts,
+    ContactThresholds,
+    FootMotion,
+    classify_by_force,
+)
+from estimation.feet.foot_contacts import FootContacts, contacts_of_motion, contacts_of_tracks
+from estimation.feet.foot_force_record import (
+    FootForce,
+    FootForces,
+    FootState,
+    PlateStance,
+    PlateZero,
+)
+from estimation.feet.foot_forces import feet_from_plates
+from estimation.feet.foot_motion import sole_motion, sole_points
 from estimation.imu_placement import ImuPlacement, LinkMotion, PlacementEstimator, place_imu
 from estimation.kernel import KernelState, compile_kernel, kernel_state
 from estimation.map_estimator import estimate
 from estimation.model_uncertainty import ModelErrors
 from estimation.norm_quantiles import norm_quantiles
 from estimation.payload import Payload, payload
-from estimation.recording_run import RecordingRun, estimate_run
-from estimation.run_records import (
+from estimation.run.recording_run import RecordingRun, estimate_run
+from estimation.run.run_records import (
     Balance,
     HandState,
     HoldMass,
@@ -59,7 +65,7 @@ from estimation.run_records import (
     RunSettingsError,
     RunSummary,
 )
-from estimation.run_tare import tare_stance
+from estimation.run.run_tare import tare_stance
 from estimation.sensors import (
     Accelerometer,
     AngularAcceleration,

@@ -33,7 +33,7 @@ from estimation import (
     real_tree,
 )
 from estimation.model_uncertainty import draw_models, model_spread, widened
-from estimation.run_sensors import PELVIS_LEVER_M
+from estimation.run.run_sensors import PELVIS_LEVER_M
 from estimation.spatial import skew, times
 from estimation.tree_kinematics import tree_kinematics
 from human import HumanModel, Subject, generate_model

@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 
 from estimation import MeasurementError
-from estimation.foot_forces import FootState, feet_from_plates
-from estimation.required_wrench import required_wrench
-from estimation.soles import soles_of
+from estimation.feet.foot_forces import FootState, feet_from_plates
+from estimation.feet.required_wrench import required_wrench
+from estimation.feet.soles import soles_of
 from human import HumanModel, LocalCubic, Motion
 from human.marker_recording import ForcePlate, PlateForces
 from human.recording import ReadingReport

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from estimation import HandState
-from estimation.hands import HandTracker, states_by_hand
+from estimation.run.hands import HandTracker, states_by_hand
 
 DT = 0.01
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from estimation import HandState
-from estimation.payload_holds import HoldCollector, HoldFrames
-from estimation.run_words import hold_in_words
+from estimation.run.payload_holds import HoldCollector, HoldFrames
+from estimation.run.run_words import hold_in_words
 
 DT = 0.01
 

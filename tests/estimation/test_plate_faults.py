@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimation.plate_faults import saturated
+from estimation.feet.plate_faults import saturated
 from human.simulate import operator, simulate_still
 
 from .plate_scene import floor_plate, plate_forces

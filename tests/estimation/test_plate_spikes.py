@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimation.foot_forces import feet_from_plates
+from estimation.feet.foot_forces import feet_from_plates
 from human import HumanModel
 from human.simulate import SensorNoise
 

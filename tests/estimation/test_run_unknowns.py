@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from estimation import HandState, RunSettings, estimate_run
-from estimation.run_sensors import both_hands_load
+from estimation.run.run_sensors import both_hands_load
 from human.simulate import operator, simulate_still
 
 from .run_scene import feet_of

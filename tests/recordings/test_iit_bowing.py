@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation import feet_from_plates
-from estimation.required_wrench import required_wrench
+from estimation.feet.required_wrench import required_wrench
 from human import JointLog, Subject, generate_model
 from human.marker_recording import PlateForces
 from human.readers import read_table

@@ -7,7 +7,7 @@ from scipy.special import ndtri, stdtrit
 
 from estimation.norm_quantiles import norm_quantiles
 from estimation.payload import Definition
-from estimation.run_records import QUANTILES, HandState, HoldMass, PayloadHold
+from estimation.run.run_records import QUANTILES, HandState, HoldMass, PayloadHold
 from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, inverse, times
 
 #: So much after a change of state, and before the next, the load may be half borne, s.

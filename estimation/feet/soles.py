@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.foot_motion import SIDES, limb_motion
+from estimation.feet.foot_motion import SIDES, limb_motion
 from estimation.spatial import Array
 from human import HumanModel
 from human.shapes import Box

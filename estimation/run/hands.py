@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from estimation.run_records import HandState
+from estimation.run.run_records import HandState
 from estimation.spatial import Array, BoolArray, IntArray
 
 #: How far the mass is above the limit, in its standard deviations, is averaged over about so long

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimation.errors import MeasurementError
-from estimation.foot_motion import SIDES, limb_motion, sole_points
-from estimation.likeliest_path import likeliest_path
-from estimation.plate_faults import runs
+from estimation.feet.foot_motion import SIDES, limb_motion, sole_points
+from estimation.feet.likeliest_path import likeliest_path
+from estimation.feet.plate_faults import runs
 from estimation.spatial import Array
 from human import HumanModel, LocalCubic, Motion
 

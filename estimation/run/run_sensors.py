@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.foot_force_record import SIDES, FootForce, FootForces, FootState
-from estimation.run_records import Balance, RunSettings
+from estimation.feet.foot_force_record import SIDES, FootForce, FootForces, FootState
+from estimation.run.run_records import Balance, RunSettings
 from estimation.sensors import ACCEPTED_VARIANCE, ForceTorque, FreeWrench, Measurement
 from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, cross
 from estimation.tree import EstimationTree

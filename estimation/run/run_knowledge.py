@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from estimation.estimate_record import Estimate
-from estimation.run_records import Balance
-from estimation.run_sensors import FEET
+from estimation.run.run_records import Balance
+from estimation.run.run_sensors import FEET
 from estimation.spatial import Array, BoolArray, IntArray
 from estimation.tree import EstimationTree
 

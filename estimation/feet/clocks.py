@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.errors import MeasurementError
-from estimation.plate_faults import mended_units, tared
-from estimation.plate_smoothing import resampled, smoothing_width_s
-from estimation.required_wrench import required_wrench
+from estimation.feet.plate_faults import mended_units, tared
+from estimation.feet.plate_smoothing import resampled, smoothing_width_s
+from estimation.feet.required_wrench import required_wrench
 from estimation.spatial import GRAVITY_MS2, Array
 from human import HumanModel, Motion
 from human.marker_recording import PlateForces

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.foot_force_record import SIDES, FootState
-from estimation.foot_wrenches import FootSums
-from estimation.plate_faults import runs
-from estimation.plate_findings import MISSING_SHARE, WORTH_SAYING_S
-from estimation.plate_smoothing import uncovered
-from estimation.plate_stances import BOTH, NONE, LoadedTime, Standing
+from estimation.feet.foot_force_record import SIDES, FootState
+from estimation.feet.foot_wrenches import FootSums
+from estimation.feet.plate_faults import runs
+from estimation.feet.plate_findings import MISSING_SHARE, WORTH_SAYING_S
+from estimation.feet.plate_smoothing import uncovered
+from estimation.feet.plate_stances import BOTH, NONE, LoadedTime, Standing
 from estimation.spatial import Array
 from human.marker_recording import PlateForces
 

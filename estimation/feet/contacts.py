@@ -90,7 +90,7 @@ def classify_by_force(
 
 @dataclass(frozen=True, slots=True)
 class FootMotion:
-    """How points of the soles move; `estimation.foot_motion.sole_motion` makes one of a motion.
+    """How points of the soles move; `sole_motion` makes one of a motion.
 
     Attributes:
         height_m: ``(..., 2)`` or ``(..., 2, points)`` over the floor, right and left.

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimation.foot_force_record import FootForces
+from estimation.feet.foot_force_record import FootForces
 from estimation.map_estimator import estimate
-from estimation.run_records import RunInputError
-from estimation.run_sensors import foot_frames, foot_sensors
+from estimation.run.run_records import RunInputError
+from estimation.run.run_sensors import foot_frames, foot_sensors
 from estimation.stance_calibration import StanceCalibration, calibrate_stance
 from estimation.tree import real_tree
 from human import HumanModel, Motion

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.foot_force_record import USABLE
-from estimation.plate_faults import runs
-from estimation.plate_stances import BOTH, NONE, LoadedTime
+from estimation.feet.foot_force_record import USABLE
+from estimation.feet.plate_faults import runs
+from estimation.feet.plate_stances import BOTH, NONE, LoadedTime
 from estimation.spatial import Array
 
 #: A foot that stands beside the plates is one that misses this share of the body's weight.

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.foot_force_record import PlateZero
+from estimation.feet.foot_force_record import PlateZero
 from estimation.spatial import Array
 from human.marker_recording import PlateForces
 

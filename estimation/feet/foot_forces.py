@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.errors import MeasurementError
-from estimation.foot_contacts import contacts_of_motion
-from estimation.foot_force_record import (
+from estimation.feet.foot_contacts import contacts_of_motion
+from estimation.feet.foot_force_record import (
     USABLE,
     FootForce,
     FootForces,
@@ -22,17 +22,17 @@ from estimation.foot_force_record import (
     PlateStance,
     PlateZero,
 )
-from estimation.foot_states import foot_states
-from estimation.foot_wrenches import sums_of_feet
-from estimation.plate_faults import lost, mended_units, saturated, tared
-from estimation.plate_findings import misplaced_plates, missing_weight, odd_loads
-from estimation.plate_smoothing import resampled, smoothing_width_s
-from estimation.plate_spikes import without_spikes
-from estimation.plate_stances import Standing, loaded_times, stood_on
-from estimation.required_wrench import required_wrench
-from estimation.soles import soles_of
+from estimation.feet.foot_states import foot_states
+from estimation.feet.foot_wrenches import sums_of_feet
+from estimation.feet.plate_faults import lost, mended_units, saturated, tared
+from estimation.feet.plate_findings import misplaced_plates, missing_weight, odd_loads
+from estimation.feet.plate_smoothing import resampled, smoothing_width_s
+from estimation.feet.plate_spikes import without_spikes
+from estimation.feet.plate_stances import Standing, loaded_times, stood_on
+from estimation.feet.required_wrench import required_wrench
+from estimation.feet.soles import soles_of
+from estimation.feet.swapped_plates import distances_m, put_back
 from estimation.spatial import GRAVITY_MS2
-from estimation.swapped_plates import distances_m, put_back
 from human import HumanModel, Motion
 from human.marker_recording import PlateForces
 
@@ -70,7 +70,7 @@ def feet_from_plates(
         model: the person, of the right size and mass.
         motion: what they do, with accelerations.
         plates: as read; they may run longer than the motion.
-        clock_offset_s: seconds to add to the plates' times; `estimation.clocks.align` finds it.
+        clock_offset_s: seconds to add to the plates' times; `clocks.align` finds it.
         assign: plate name to ``right``, ``left`` or ``both``, where the caller knows better.
         window_s: full width of the window that the motion's accelerations were derived with, s;
             forces are smoothed to match. Zero where accelerations were measured; None takes what
@@ -85,7 +85,7 @@ def feet_from_plates(
         human.UnknownNameError: the model lacks a foot.
 
     Derived here: a force enters where its moment about the horizontal vanishes
-    (`human.marker_recording.PlateForces.centres_of_pressure`); `estimation.plate_stances` says
+    (`human.marker_recording.PlateForces.centres_of_pressure`); `estimation.feet.plate_stances` says
     whose foot that is under.
     """
     if not plates.plates or not len(plates.time_s):

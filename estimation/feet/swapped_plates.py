@@ -6,8 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from estimation.plate_faults import ENTER_N
-from estimation.plate_stances import Standing, force_points
+from estimation.feet.plate_faults import ENTER_N
+from estimation.feet.plate_stances import Standing, force_points
 from estimation.spatial import Array
 from human.marker_recording import ForcePlate, PlateForces
 

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.errors import MeasurementError
-from estimation.foot_force_record import PlateStance
-from estimation.likeliest_path import likeliest_path
-from estimation.plate_faults import loaded_runs
-from estimation.plate_smoothing import resampled
-from estimation.soles import Soles
+from estimation.feet.foot_force_record import PlateStance
+from estimation.feet.likeliest_path import likeliest_path
+from estimation.feet.plate_faults import loaded_runs
+from estimation.feet.plate_smoothing import resampled
+from estimation.feet.soles import Soles
 from estimation.spatial import Array
 from human.marker_recording import PlateForces
 

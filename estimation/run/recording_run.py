@@ -7,8 +7,7 @@ import numpy as np
 
 from estimation.estimate_inputs import of_frames
 from estimation.estimate_record import Estimate
-from estimation.foot_force_record import FootForces
-from estimation.hands import HandTracker
+from estimation.feet.foot_force_record import FootForces
 from estimation.map_estimator import estimate
 from estimation.model_uncertainty import (
     ModelDraw,
@@ -17,18 +16,19 @@ from estimation.model_uncertainty import (
     model_spread,
     widened,
 )
-from estimation.payload_holds import HoldCollector
-from estimation.run_checks import (
+from estimation.run.hands import HandTracker
+from estimation.run.payload_holds import HoldCollector
+from estimation.run.run_checks import (
     Findings,
     frames_to_leave_out,
     mark_feet,
     near_singular,
     unseen_segments,
 )
-from estimation.run_chunks import Loads, chunk_of, hold_frames, loads_of
-from estimation.run_knowledge import joints_known
-from estimation.run_part import RunPart
-from estimation.run_records import (
+from estimation.run.run_chunks import Loads, chunk_of, hold_frames, loads_of
+from estimation.run.run_knowledge import joints_known
+from estimation.run.run_part import RunPart
+from estimation.run.run_records import (
     Balance,
     HandState,
     PayloadHold,
@@ -38,7 +38,7 @@ from estimation.run_records import (
     RunSettings,
     RunSummary,
 )
-from estimation.run_sensors import (
+from estimation.run.run_sensors import (
     FEET,
     HANDS,
     FootFrames,
@@ -49,8 +49,8 @@ from estimation.run_sensors import (
     foot_sensors,
     free_hands,
 )
-from estimation.run_tare import tare_stance
-from estimation.run_words import hold_in_words, mass_in_words, settings_in_words
+from estimation.run.run_tare import tare_stance
+from estimation.run.run_words import hold_in_words, mass_in_words, settings_in_words
 from estimation.sensors import Measurement, frames_at_fault
 from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, times, transposed
 from estimation.stance_calibration import (

@@ -7,12 +7,12 @@ import numpy as np
 
 from estimation.effort import joint_efforts, joint_load
 from estimation.estimate_record import Estimate
-from estimation.hands import states_by_hand
 from estimation.model_uncertainty import ModelSpread, in_world
 from estimation.payload import LEAST_PULL, payload
-from estimation.payload_holds import HoldFrames
-from estimation.run_records import QUANTILES, Balance, RunChunk, RunSettings
-from estimation.run_sensors import FEET, HANDS
+from estimation.run.hands import states_by_hand
+from estimation.run.payload_holds import HoldFrames
+from estimation.run.run_records import QUANTILES, Balance, RunChunk, RunSettings
+from estimation.run.run_sensors import FEET, HANDS
 from estimation.spatial import GRAVITY_MS2, Array, BoolArray, IntArray, times, transposed
 
 LOW_BACK = "jL5S1"

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.plate_smoothing import resampled
-from estimation.plate_stances import BOTH, NONE, LoadedTime, Standing
+from estimation.feet.plate_smoothing import resampled
+from estimation.feet.plate_stances import BOTH, NONE, LoadedTime, Standing
 from estimation.spatial import Array, cross
 from human.marker_recording import PlateForces
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimation.contacts import FootMotion
 from estimation.errors import MeasurementError
+from estimation.feet.contacts import FootMotion
 from estimation.spatial import cross, times
 from human import HumanModel
 from human.rotations import quaternion_to_matrix

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from estimation.foot_force_record import SIDES, FootForces, FootState
-from estimation.run_sensors import FootFrames
+from estimation.feet.foot_force_record import SIDES, FootForces, FootState
+from estimation.run.run_sensors import FootFrames
 from estimation.spatial import Array, BoolArray
 from estimation.tree import BASE_NQ, EstimationTree
 from human import Motion

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from estimation.plate_faults import runs
+from estimation.feet.plate_faults import runs
 from estimation.spatial import Array, cross
 from human.marker_recording import PlateForces
 

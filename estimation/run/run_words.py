@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from estimation.run_records import PayloadHold, RunSettings
-from estimation.run_sensors import SIDEWAYS_SHARE
+from estimation.run.run_records import PayloadHold, RunSettings
+from estimation.run.run_sensors import SIDEWAYS_SHARE
 from estimation.stance_calibration import StanceCalibration
 
 #: Body mass and plates may differ by so much of the body before it is a finding.

@@ -1,0 +1,1 @@
+"""From force plates and moving soles to what the ground does to each foot."""

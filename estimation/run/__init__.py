@@ -1,0 +1,1 @@
+"""A whole recording, stretch by stretch."""
