@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from prediction.demonstrations import Demonstrations
 from prediction.joint_gaussian import JointGaussian
+from prediction.moment_fit import MomentFit
 from prediction.null_space import NullSpaceBasis
-from prediction.predictor import Progress, ShouldStop, check_stop
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def shrunk_moment(qdot: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class CovIk(JointGaussian):
+class CovIk(MomentFit, JointGaussian):
     """The joint velocity of a Gaussian, given that the hand moves as led.
 
     One second moment of the demonstrations says how the joints move together; it is the strongest
@@ -50,21 +50,8 @@ class CovIk(JointGaussian):
     reference: NullSpaceBasis
 
     @classmethod
-    def fit(
-        cls,
-        demonstrations: Demonstrations,
-        rng: np.random.Generator,
-        *,
-        progress: Progress | None = None,
-        should_stop: ShouldStop | None = None,
-    ) -> Self:
-        """Takes the second moment; ``rng`` is not used."""
-        check_stop(should_stop)
-        demonstrations.check_enough()
-        return cls._of(demonstrations)
-
-    @classmethod
-    def _of(cls, demonstrations: Demonstrations) -> Self:
+    def of_moments(cls, demonstrations: Demonstrations) -> Self:
+        """Takes the moments."""
         moment = shrunk_moment(demonstrations.qdot)
         return cls(moment, 1.0, NullSpaceBasis.around(demonstrations.jacobian))
 
@@ -88,10 +75,6 @@ class CovIk(JointGaussian):
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance; W and so the mean stay."""
         return replace(self, scale=self.scale * factor)
-
-    def refitted(self, demonstrations: Demonstrations) -> Self:
-        """Takes the second moment of other demonstrations, however few."""
-        return self._of(demonstrations)
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Axes, second moment and calibration."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.demonstrations import Demonstrations
+from prediction.moment_fit import MomentFit
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
 from prediction.weight_search import (
@@ -24,7 +25,7 @@ _RIDGE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class GaussianLaw(Predictor):
+class GaussianLaw(MomentFit):
     """``dq = J_W^+ xdot + V y`` with ``y ~ N(mean, covariance)`` at every posture.
 
     Attributes:
@@ -42,17 +43,8 @@ class GaussianLaw(Predictor):
     reference: NullSpaceBasis
 
     @classmethod
-    def fit(
-        cls,
-        demonstrations: Demonstrations,
-        rng: np.random.Generator,
-        *,
-        progress: Progress | None = None,
-        should_stop: ShouldStop | None = None,
-    ) -> Self:
-        """Takes moments; ``rng`` is not used."""
-        check_stop(should_stop)
-        demonstrations.check_enough()
+    def of_moments(cls, demonstrations: Demonstrations) -> Self:
+        """Takes the moments, all joints alike."""
         return cls._of(demonstrations, np.ones(demonstrations.q.shape[1]))
 
     @classmethod

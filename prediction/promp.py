@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from prediction.cov_ik import SHRINKAGE
 from prediction.demonstrations import Demonstrations
 from prediction.joint_gaussian import JointGaussian
+from prediction.moment_fit import MomentFit
 from prediction.null_space import NullSpaceBasis
-from prediction.predictor import Progress, ShouldStop, check_stop
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ _RIDGE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class ProMp(JointGaussian):
+class ProMp(MomentFit, JointGaussian):
     """The joint velocity of one repeated movement at a phase, given that the hand moves as led.
 
     The phase is that at which the primitive's posture is nearest, in its own spread: a planner
@@ -54,21 +54,8 @@ class ProMp(JointGaussian):
     reference: NullSpaceBasis
 
     @classmethod
-    def fit(
-        cls,
-        demonstrations: Demonstrations,
-        rng: np.random.Generator,
-        *,
-        progress: Progress | None = None,
-        should_stop: ShouldStop | None = None,
-    ) -> Self:
-        """Fits the primitive; ``rng`` is not used."""
-        check_stop(should_stop)
-        demonstrations.check_enough()
-        return cls._of(demonstrations)
-
-    @classmethod
-    def _of(cls, demonstrations: Demonstrations) -> Self:
+    def of_moments(cls, demonstrations: Demonstrations) -> Self:
+        """Takes the moments."""
         both = np.concatenate([demonstrations.q, demonstrations.qdot], axis=1)
         size = demonstrations.q.shape[1]
         weights, left = [], []
@@ -126,10 +113,6 @@ class ProMp(JointGaussian):
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance."""
         return replace(self, scale=self.scale * factor)
-
-    def refitted(self, demonstrations: Demonstrations) -> Self:
-        """Takes the primitive of other demonstrations."""
-        return self._of(demonstrations)
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Everything."""
