@@ -32,7 +32,7 @@ from prediction.predictor import Predictor
 Array = NDArray[np.float64]
 
 FORMAT = "ergocast-operator-model"
-VERSION = 2
+VERSION = 3
 #: Largest file read, bytes; a trained model is a few megabytes.
 MAX_BYTES = 256 * 2**20
 _ENTRY = "ergocast"
