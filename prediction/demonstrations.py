@@ -18,6 +18,8 @@ SAMPLES_PER_JOINT = 4
 DEPENDENCE_RATIO = 0.02
 #: Joint-velocity deviation below which a joint counts as locked, rad/s.
 LOCKED_RATE = 1e-4
+#: Steps in time of at least this many usual ones are holes.
+HOLE = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +140,19 @@ class Demonstrations:
         starts = np.concatenate([[0], np.flatnonzero(np.diff(self.trajectory_id)) + 1])
         within = np.arange(len(self)) - np.repeat(starts, np.diff([*starts, len(self)]))
         return self.take(within % stride == 0)
+
+    def runs(self) -> list[NDArray[np.int64]]:
+        """Returns the samples of each stretch without a break.
+
+        A take ends one, and so does a hole in a take: a step in time above four times the usual
+        one, where frames were missing or a part was left out.
+        """
+        if len(self) == 0:
+            return []
+        step, same = np.diff(self.time_s), np.diff(self.trajectory_id) == 0
+        usual = float(np.median(step[same])) if same.any() else np.inf
+        breaks = np.flatnonzero(~same | (step > HOLE * usual)) + 1
+        return [piece.astype(np.int64) for piece in np.split(np.arange(len(self)), breaks)]
 
     def blocks(self, count: int) -> list[NDArray[np.bool_]]:
         """Splits the samples into contiguous parts: whole takes if there are enough of them.

@@ -60,14 +60,12 @@ class Stretches:
         """
         pieces = []
         ids, time_s = demonstrations.trajectory_id, demonstrations.time_s
-        edges = np.flatnonzero(np.diff(ids)) + 1
-        # A hole in a take (a block left out of its middle) ends a piece as well.
         within = np.diff(time_s)[np.diff(ids) == 0]
         if len(within) == 0:
             return cls(np.empty((0, 0), dtype=np.int64))
         typical = float(np.median(within))
-        holes = np.flatnonzero((np.diff(time_s) > 4.0 * typical) & (np.diff(ids) == 0)) + 1
-        runs = np.split(np.arange(len(ids)), np.union1d(edges, holes).astype(int))
+        # A hole in a take (a block left out of its middle) ends a piece as well.
+        runs = demonstrations.runs()
         stride = max(1, int(np.floor(1.0 / (RATE_HZ * typical) + 1e-6)))
         points = round(horizon_s / (stride * typical)) + 1
         longest = max((len(run) - 1) // stride + 1 for run in runs)
@@ -83,6 +81,33 @@ class Stretches:
             chosen = np.unique(np.linspace(0, len(pieces) - 1, at_most).round().astype(int))
             pieces = [pieces[i] for i in chosen]
         return cls(np.array(pieces, dtype=np.int64))
+
+    @classmethod
+    def by_length(
+        cls, demonstrations: Demonstrations, horizon_s: float = HORIZON_S
+    ) -> list["Stretches"]:
+        """Cuts every run: pieces of a horizon, half overlapping, or the whole of a shorter run.
+
+        Unlike `of`, which takes pieces of one length, this leaves no run out for being short.
+
+        Args:
+            demonstrations: Samples in time order.
+            horizon_s: Longest piece, s.
+
+        Returns:
+            Pieces of equal length together, the longest first.
+        """
+        by_length: dict[int, list[NDArray[np.int64]]] = {}
+        for run in demonstrations.runs():
+            found = cls.of(demonstrations.take(run), horizon_s, at_most=len(run))
+            for index in found.index:
+                by_length.setdefault(len(index), []).append(run[index])
+        out = []
+        for length in sorted(by_length, reverse=True):
+            pieces = by_length[length]
+            spread = np.linspace(0, len(pieces) - 1, min(MAX_STRETCHES, len(pieces)))
+            out.append(cls(np.array([pieces[k] for k in spread.round().astype(int)])))
+        return out
 
 
 def recorded_paths(
