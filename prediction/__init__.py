@@ -32,10 +32,12 @@ from prediction.hand_path import HandPath
 from prediction.held_out import Stretches, run_held_out
 from prediction.joint_limits import JointLimits
 from prediction.joint_process import CcGp, Gp
+from prediction.kept_samples import KeptSamples, KeptTake, TakeSource
 from prediction.locov_ik import LoCovIk
 from prediction.methods import BASELINES, METHODS
 from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
+from prediction.motion_demonstrations import demonstrations_from_motion
 from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.paired import (
@@ -50,12 +52,8 @@ from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor
 from prediction.promp import ProMp
 from prediction.rollout import Follower, HandNoise, Rollout
-from prediction.train import (
-    TrainingOptions,
-    demonstrations_from_motion,
-    train_operator,
-    with_method,
-)
+from prediction.train import train_operator, with_method
+from prediction.training_options import TrainingOptions
 
 __all__ = [
     "BASELINES",
@@ -73,6 +71,8 @@ __all__ = [
     "HandPath",
     "JointLimits",
     "JointReduction",
+    "KeptSamples",
+    "KeptTake",
     "LoCovIk",
     "LogDensity",
     "MethodScore",
@@ -95,6 +95,7 @@ __all__ = [
     "SplitScores",
     "StartMismatchError",
     "Stretches",
+    "TakeSource",
     "Task",
     "TaskChain",
     "TrainingCancelledError",

@@ -14,7 +14,8 @@ from prediction.errors import DemonstrationError
 from prediction.held_out import NINETY, Stretches, run_held_out
 from prediction.operator_model import OperatorModel
 from prediction.predictor import Progress, ShouldStop
-from prediction.train import TrainingOptions, train_operator
+from prediction.train import train_operator
+from prediction.training_options import TrainingOptions
 
 Array = NDArray[np.float64]
 

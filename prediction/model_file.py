@@ -1,8 +1,9 @@
 """Operator model files: safetensors with a JSON header, never pickle.
 
 Layout: one safetensors file. Tensors are named ``<method>/<task>/<part>/<array>``, plus
-``reduction``, ``familiarity`` and ``skeleton`` parts; the metadata entry ``ergocast`` is a JSON
-object with everything that is not an array. Loading never executes anything from the file.
+``reduction``, ``familiarity``, ``skeleton`` and ``samples`` parts (the last is the motion that was
+trained on); the metadata entry ``ergocast`` is a JSON object with everything that is not an array.
+Loading never executes anything from the file.
 """
 
 import json
@@ -11,6 +12,7 @@ import os
 import struct
 import tempfile
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from human import HumanError, Subject
 from prediction.chain import TASKS, JointReduction, Task
 from prediction.errors import ModelFileError, PredictionError
 from prediction.familiarity import Familiarity
+from prediction.kept_samples import KeptSamples, KeptTake
 from prediction.methods import method_class
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.posture_band import PostureBand
@@ -82,7 +85,13 @@ def model_bytes(model: OperatorModel) -> bytes:
         "metrics": model.metrics,
         "training": model.training,
         "skeleton": None,
+        "takes": None,
     }
+    if model.samples is not None:
+        tensors["samples/q"] = model.samples.q
+        tensors["samples/qdot"] = model.samples.qdot
+        tensors["samples/time_s"] = model.samples.time_s
+        header["takes"] = [asdict(take) for take in model.samples.takes]
     if model.skeleton is not None:
         subject = model.skeleton.subject
         tensors["skeleton/offsets"] = model.skeleton.offsets
@@ -272,10 +281,26 @@ def _assemble(header: Mapping[str, Any], tensors: Mapping[str, Array]) -> Operat
         data_digest=str(header["data_digest"]),
         metrics=header["metrics"],
         training=header["training"],
+        samples=_samples(header, tensors, len(names)),
     )
     if skeleton is not None and model.chain.dof_names != names:
         raise ValueError("its joints are not those of its skeleton")
     return model
+
+
+def _samples(
+    header: Mapping[str, Any], tensors: Mapping[str, Array], joints: int
+) -> KeptSamples | None:
+    if header["takes"] is None:
+        return None
+    takes = tuple(KeptTake(**take) for take in header["takes"])
+    count = sum(take.samples for take in takes)
+    _shape("samples/q", tensors["samples/q"], (count, joints))
+    _shape("samples/qdot", tensors["samples/qdot"], (count, joints))
+    _shape("samples/time_s", tensors["samples/time_s"], (count,))
+    return KeptSamples(
+        tensors["samples/q"], tensors["samples/qdot"], tensors["samples/time_s"], takes
+    )
 
 
 def _try_out(predictor: Predictor, joints: int) -> None:

@@ -14,6 +14,7 @@ from prediction.errors import PredictionError, UnsupportedMethodError
 from prediction.familiarity import Familiarity
 from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
+from prediction.kept_samples import KeptSamples
 from prediction.posture_band import PostureBand
 from prediction.predictor import Predictor
 from prediction.propagation import Noise
@@ -99,6 +100,7 @@ class OperatorModel:
         data_digest: SHA-256 of the training samples.
         metrics: Held-out comparison of the methods, JSON values.
         training: Options, sample counts and versions, JSON values.
+        samples: The motion it was trained on, so that more can be added; None if it was not kept.
     """
 
     methods: Mapping[tuple[str, Task], FittedMethod]
@@ -112,6 +114,7 @@ class OperatorModel:
     data_digest: str
     metrics: Mapping[str, Any] = field(default_factory=dict)
     training: Mapping[str, Any] = field(default_factory=dict)
+    samples: KeptSamples | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:

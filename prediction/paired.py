@@ -11,7 +11,8 @@ from prediction.demonstrations import Demonstrations, join
 from prediction.errors import DemonstrationError, PredictionError
 from prediction.evaluate import HORIZONS_S, MethodScore, score_method
 from prediction.predictor import Progress, ShouldStop, check_stop
-from prediction.train import TrainingOptions, train_operator
+from prediction.train import train_operator
+from prediction.training_options import TrainingOptions
 
 #: What every method is compared with.
 REFERENCE = "cov-ik"
