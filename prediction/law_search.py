@@ -1,6 +1,7 @@
 """Search for the law of MI-NsGP: weights W and kernel, in turn, until neither gains."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from prediction.kernels import KERNELS, InputScaling, KernelKind
 from prediction.marginal_likelihood import FastEngine, LikelihoodEngine
 from prediction.null_space import NullSpaceBasis
 from prediction.predictor import Progress, ShouldStop, check_stop
+from prediction.recall import Remember, ask
 from prediction.weight_search import (
     OPTIMIZERS,
     NullSpaceTargets,
@@ -107,6 +109,8 @@ def search_law(
     rng: np.random.Generator,
     options: SearchOptions,
     *,
+    start: Law | None = None,
+    remember: Remember = ask,
     progress: Progress | None = None,
     should_stop: ShouldStop | None = None,
 ) -> Law:
@@ -119,6 +123,9 @@ def search_law(
         demonstrations: Learned joints only.
         rng: Randomness of BIPOP.
         options: How.
+        start: A law of the same joints and kernel from which the search sets out; where its W is
+            of the other kind it is of no use.
+        remember: Answers what is costly, in the same order each time; see `Recall`.
         progress: Told the log likelihood a sample.
         should_stop: Asked often.
 
@@ -139,6 +146,8 @@ def search_law(
                     demonstrations,
                     rng,
                     replace(options, weights=kind),
+                    start=start,
+                    remember=remember,
                     progress=_scaled(progress, number / 2, 0.5),
                     should_stop=should_stop,
                 )
@@ -150,19 +159,29 @@ def search_law(
     scaling = InputScaling.of(
         options.kernel, demonstrations.q, demonstrations.xdot, demonstrations.linear_rows
     )
-    correlation, start = None, np.zeros(demonstrations.q.shape[1])
+    correlation, first_weights = None, np.zeros(demonstrations.q.shape[1])
     if options.weights == "correlated":
-        start, correlation = demonstrated_weights(demonstrations)
+        first_weights, correlation = demonstrated_weights(demonstrations)
+    if start is not None and (start.correlation is None) != (correlation is None):
+        start = None
+    if start is not None:
+        first_weights = start.log_weights
     targets = NullSpaceTargets(demonstrations, basis, correlation)
     likelihood = _engine(options, scaling, demonstrations)
-    theta = _first_kernel(options, scaling, basis, correlation, demonstrations, start)
-    theta = likelihood.optimise(theta, targets.one(start), 30)
-    search = WeightSearch(start, -np.inf, 0)
+    theta = remember(
+        lambda: _first_kernel(options, scaling, basis, correlation, demonstrations, first_weights)
+    )
+    y = targets.one(first_weights)
+    if start is not None:
+        known = (theta, start.theta)
+        theta = max(known, key=lambda kernel: likelihood.log_likelihood(kernel, y))
+    sought = theta
+    theta = remember(lambda: likelihood.optimise(sought, y, 30))
+    search = WeightSearch(first_weights, -np.inf, 0)
     used = 0
     if options.weights == "identity":
-        y = targets.one(start)
         theta = likelihood.optimise(theta, y, 60)
-        search = WeightSearch(start, likelihood.log_likelihood(theta, y), 0)
+        search = WeightSearch(first_weights, likelihood.log_likelihood(theta, y), 0)
     for turn in range(0 if options.weights == "identity" else ROUNDS):
         check_stop(should_stop)
         budget = max((options.max_evaluations - used) // 2, 20)
@@ -175,13 +194,14 @@ def search_law(
             options.optimizer,
             rng,
             budget,
-            first=turn == 0,
+            first=turn == 0 and start is None,
+            remember=remember,
             progress=_scaled(progress, done, share),
             should_stop=should_stop,
         )
         used += found.evaluations
         y = targets.one(found.log_weights)
-        kernel = likelihood.optimise(theta, y, 40)
+        kernel = remember(partial(likelihood.optimise, theta, y, 40))
         found = replace(found, score=likelihood.log_likelihood(kernel, y))
         if progress is not None:
             progress("fitting the kernel", min(used / options.max_evaluations, 1.0), found.score)
@@ -232,13 +252,14 @@ def _search_weights(
     budget: int,
     *,
     first: bool,
+    remember: Remember,
     progress: Progress | None,
     should_stop: ShouldStop | None,
 ) -> WeightSearch:
     scorer = likelihood.scorer(theta)
 
     def score(log_weights: Array) -> Array:
-        return scorer.scores(targets.many(log_weights))
+        return remember(lambda: scorer.scores(targets.many(log_weights)))
 
     def score_and_slope(log_weights: Array) -> tuple[float, Array]:
         value, slope = scorer.score_and_slope(targets.one(log_weights))

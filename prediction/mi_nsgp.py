@@ -20,6 +20,7 @@ from prediction.law_search import (
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
 from prediction.predictor import Predictor, Progress, ShouldStop
 from prediction.process import Process
+from prediction.recall import Remember, ask
 from prediction.weight_search import NullSpaceTargets, Optimizer, scaled_correlation
 
 Array = NDArray[np.float64]
@@ -69,6 +70,8 @@ class MiNsGp(Predictor):
         weights: WeightKind | None = None,
         max_evaluations: int = 3000,
         max_samples: int = MAX_SAMPLES,
+        start: Law | None = None,
+        remember: Remember = ask,
     ) -> Self:
         """Fits W and the process.
 
@@ -88,6 +91,8 @@ class MiNsGp(Predictor):
                 `CovIk`'s; ``auto``: both, and the criterion decides; ``identity``: none learned.
             max_evaluations: Budget of candidates W over all rounds.
             max_samples: Samples kept for the likelihood.
+            start: A law of the same joints to set out from; see `search_law`.
+            remember: Answers what is costly; see `search_law`.
 
         Returns:
             The fitted predictor.
@@ -100,7 +105,15 @@ class MiNsGp(Predictor):
         kind = weights or cls.default_weights
         options = SearchOptions(kernel, optimizer, engine, criterion, kind, max_evaluations)
         kept = demonstrations.thinned(max_samples)
-        law = search_law(kept, rng, options, progress=progress, should_stop=should_stop)
+        law = search_law(
+            kept,
+            rng,
+            options,
+            start=start,
+            remember=remember,
+            progress=progress,
+            should_stop=should_stop,
+        )
         return cls._conditioned(kept, law)
 
     @classmethod

@@ -26,6 +26,7 @@ from prediction.mi_nsgp import MiNsGp
 from prediction.model_file import VERSION, model_bytes, model_from_bytes
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.predictor import Predictor, Progress, ShouldStop, check_stop
+from prediction.recall import Recall, Remember, ask
 from prediction.training_options import TrainingOptions
 
 Array = NDArray[np.float64]
@@ -56,8 +57,14 @@ def fit_predictor(
     options: TrainingOptions,
     progress: Progress | None = None,
     should_stop: ShouldStop | None = None,
+    *,
+    start: Predictor | None = None,
+    remember: Remember = ask,
 ) -> Predictor:
-    """Fits one method on learned-joint demonstrations, with the options that concern it."""
+    """Fits one method on learned-joint demonstrations, with the options that concern it.
+
+    ``start`` is the same method of the same joints, on fewer demonstrations.
+    """
     cls = method_class(name)
     if issubclass(cls, MiNsGp):
         return cls.fit(
@@ -72,6 +79,8 @@ def fit_predictor(
             weights=options.weights if cls is MiNsGp else None,
             max_evaluations=options.max_evaluations,
             max_samples=options.max_samples,
+            start=start.law if isinstance(start, MiNsGp) else None,
+            remember=remember,
         )
     return cls.fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
@@ -145,8 +154,11 @@ def train_operator(
         part = _Part(progress, done, share, f"{name} ({task})")
         fitted = pieces.get(name, task)
         if fitted is None:
-            fitted = job.fit(name, task, part)
+            recall = pieces.recall(name, task)
+            fitted = job.fit(name, task, recall or ask, part)
             pieces.put(name, task, fitted)
+            if recall is not None:
+                recall.forget()
         methods[name, task] = fitted
         done += share
     chosen = Choice(options.method, "asked for")
@@ -189,7 +201,7 @@ class _Job:
     start: OperatorModel | None
     should_stop: ShouldStop | None
 
-    def fit(self, name: str, task: Task, progress: "_Part") -> FittedMethod:
+    def fit(self, name: str, task: Task, remember: Remember, progress: "_Part") -> FittedMethod:
         """Fits one method for one task and measures its bands."""
         # a generator of its own: the order of methods must not change any of them
         rng = np.random.default_rng([self.model.seed, TASKS.index(task), list(METHODS).index(name)])
@@ -202,6 +214,8 @@ class _Job:
             self.options,
             progress.first_half,
             self.should_stop,
+            start=self._start(name, task),
+            remember=remember,
         )
         q, xdot, qdot, J = learned.q, learned.xdot, learned.qdot, learned.jacobian
         reached = float(predictor.log_prob(q, xdot, qdot, J, np.eye(J.shape[1])).null_space.mean())
@@ -230,6 +244,14 @@ class _Job:
         predictor = predictor.rescaled(calibration.variance_factor)
         return FittedMethod(predictor, calibration.band, metrics)
 
+    def _start(self, name: str, task: Task) -> Predictor | None:
+        """Returns what the search may set out from: the same method of the same joints."""
+        if self.start is None or (name, task) not in self.start.methods:
+            return None
+        same = self.start.reduction.kept_names == self.model.reduction.kept_names
+        same &= self.start.training["options"]["kernel"] == self.options.kernel
+        return self.start.fitted(name, task).predictor if same else None
+
 
 @dataclass(frozen=True, slots=True)
 class _Pieces:
@@ -249,6 +271,9 @@ class _Pieces:
         if self.kept is not None:
             alone = replace(self.model, methods={(name, task): fitted}, method=name)
             self.kept[self._name(name, task)] = model_bytes(alone)
+
+    def recall(self, name: str, task: Task) -> Recall | None:
+        return None if self.kept is None else Recall(self.kept, f"{self._name(name, task)}-search")
 
     def _name(self, name: str, task: Task) -> str:
         return f"{self.key}-{task}-{name}"
