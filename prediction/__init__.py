@@ -34,6 +34,7 @@ from prediction.joint_limits import JointLimits
 from prediction.joint_process import CcGp, Gp
 from prediction.kept_samples import KeptSamples, KeptTake, TakeSource
 from prediction.locov_ik import LoCovIk
+from prediction.memory import NullSpaceMemory
 from prediction.methods import BASELINES, METHODS
 from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
@@ -49,7 +50,7 @@ from prediction.paired import (
     splits_of,
 )
 from prediction.posture_band import PostureBand
-from prediction.predictor import LogDensity, Prediction, Predictor
+from prediction.predictor import LogDensity, Prediction, Predictor, Previous
 from prediction.promp import ProMp
 from prediction.rollout import Follower, HandNoise, Rollout
 from prediction.train import train_operator, with_method
@@ -81,12 +82,14 @@ __all__ = [
     "ModelFileError",
     "NsGp",
     "NullSpaceBasis",
+    "NullSpaceMemory",
     "OperatorModel",
     "PairedRow",
     "PostureBand",
     "Prediction",
     "PredictionError",
     "Predictor",
+    "Previous",
     "ProMp",
     "Rollout",
     "SbM",

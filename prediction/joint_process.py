@@ -14,8 +14,8 @@ from prediction.joint_gaussian import JointGaussian
 from prediction.kernels import InputScaling, KernelKind
 from prediction.law_search import HELD_OUT_PARTS, START_SAMPLES, STARTS
 from prediction.marginal_likelihood import clip_theta
-from prediction.null_space import NullSpaceBasis, weighted_pseudo_inverse, weighted_solution
-from prediction.predictor import Prediction, Progress, ShouldStop, check_stop
+from prediction.null_space import NullSpaceBasis, weighted_solution
+from prediction.predictor import Prediction, Previous, Progress, ShouldStop, check_stop
 from prediction.process import Process
 
 Array = NDArray[np.float64]
@@ -186,15 +186,19 @@ class Gp(CcGp):
         log_det = np.linalg.slogdet(S)[1] + size * np.log(variance)
         return float(-0.5 * (quadratic + log_det + size * np.log(2.0 * np.pi)).mean())
 
-    def predict(self, q: Array, xdot: Array, jacobian: Array) -> Prediction:
-        """The process's own mean and covariance; the hand is not held to anything."""
-        variance = self.joint_variance(q, xdot)
-        factor = np.linalg.cholesky(self.process.output_covariance)
-        return Prediction(
-            mean=self.process.mean(q, xdot),
-            task_gain=np.zeros_like(weighted_pseudo_inverse(self.weights, jacobian)),
-            null_factor=np.asarray(np.sqrt(variance)[..., None, None] * factor),
-        )
+    def predict(
+        self, q: Array, xdot: Array, jacobian: Array, previous: Previous | None = None
+    ) -> Prediction:
+        """The process's own mean and covariance; the hand is not held to anything.
+
+        What is known of the step before is in the null space and narrows the law there alone.
+        """
+        free = super().predict(q, xdot, jacobian, previous)
+        expected, spread = self.task_law(q, xdot, jacobian, np.zeros(()))
+        gain = free.task_gain
+        mean = free.mean + np.einsum("...nm,...m->...n", gain, expected - xdot)
+        factor = np.concatenate([gain @ np.linalg.cholesky(spread), free.null_factor], axis=-1)
+        return Prediction(mean=mean, task_gain=np.zeros_like(gain), null_factor=factor)
 
     def task_law(
         self, q: Array, xdot: Array, jacobian: Array, sigma_x: Array

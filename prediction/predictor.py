@@ -80,6 +80,21 @@ class LogDensity:
         return self.task + self.null_space + self.volume
 
 
+@dataclass(frozen=True, slots=True)
+class Previous:
+    """What the step before says about this one; see `prediction.memory.NullSpaceMemory`.
+
+    Attributes:
+        residual: Joint velocity there beyond the law's mean, in its null space, ``(..., n)`` rad/s.
+        kept: Share of it that is still there, ``(...)``.
+        spread: Factor on the null-space covariance, ``(...)``.
+    """
+
+    residual: Array
+    kept: Array
+    spread: Array
+
+
 class Predictor(ABC):
     """One fitted method for one chain and one task.
 
@@ -162,24 +177,27 @@ class Predictor(ABC):
         frame = self.basis.frame(jacobian)
         return frame.compose(self.null_mean(q, xdot, frame))
 
-    def predict(self, q: Array, xdot: Array, jacobian: Array) -> Prediction:
+    def predict(
+        self, q: Array, xdot: Array, jacobian: Array, previous: Previous | None = None
+    ) -> Prediction:
         """Predicts the joint velocity.
 
         Args:
             q: Postures, ``(..., n)`` rad.
             xdot: Hand velocity, ``(..., m)``, linear rows (m/s) first, base axes.
             jacobian: ``(..., m, n)`` at ``q``.
+            previous: What the step before was, where it was measured.
 
         Returns:
             The Gaussian law; its mean has ``J mean = xdot`` to rounding.
         """
         frame = self.basis.frame(jacobian)
-        covariance = self.null_covariance(q, xdot, frame, jacobian)
+        covariance = self._covariance(q, xdot, frame, jacobian, previous)
         values, vectors = np.linalg.eigh(covariance)
         factor = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
         weights = self.weights_at(q)
         mean = weighted_solution(weights, jacobian, xdot)
-        mean = mean + frame.compose(self.null_mean(q, xdot, frame))
+        mean = mean + frame.compose(self._mean(q, xdot, frame, weights, previous))
         return Prediction(
             mean=mean,
             task_gain=weighted_pseudo_inverse(weights, jacobian),
@@ -187,7 +205,13 @@ class Predictor(ABC):
         )
 
     def log_prob(
-        self, q: Array, xdot: Array, qdot: Array, jacobian: Array, sigma_x: Array
+        self,
+        q: Array,
+        xdot: Array,
+        qdot: Array,
+        jacobian: Array,
+        sigma_x: Array,
+        previous: Previous | None = None,
     ) -> LogDensity:
         """Returns the log density of observed joint velocities.
 
@@ -201,6 +225,7 @@ class Predictor(ABC):
             qdot: Observed joint velocity, ``(..., n)`` rad/s.
             jacobian: ``(..., m, n)``.
             sigma_x: Covariance of the hand velocity about the commanded one, ``(m, m)``.
+            previous: What the step before was, where it was measured.
 
         Returns:
             Its three terms.
@@ -210,9 +235,8 @@ class Predictor(ABC):
         """
         frame = self.basis.frame(jacobian)
         moved = np.einsum("...mn,...n->...m", jacobian, qdot)
-        y = frame.coordinates(qdot - weighted_solution(self.weights_at(q), jacobian, moved))
-        residual = y - self.null_mean(q, moved, frame)
-        covariance = self.null_covariance(q, moved, frame, jacobian)
+        residual = self._residual(q, qdot, moved, frame, previous)
+        covariance = self._covariance(q, moved, frame, jacobian, previous)
         expected, spread = self.task_law(q, xdot, jacobian, sigma_x)
         return LogDensity(
             task=gaussian_log_density(moved - expected, spread),
@@ -220,18 +244,70 @@ class Predictor(ABC):
             volume=frame.log_volume,
         )
 
-    def standardised_residuals(self, demonstrations: Demonstrations) -> Array:
+    def null_residual(self, q: Array, qdot: Array, jacobian: Array) -> Array:
+        """Returns ``V (y - mu_y)``: what was done beyond the law's mean, ``(..., n)`` rad/s.
+
+        Args:
+            q: ``(..., n)`` rad.
+            qdot: Observed joint velocity, ``(..., n)`` rad/s.
+            jacobian: ``(..., m, n)``.
+        """
+        frame = self.basis.frame(jacobian)
+        moved = np.einsum("...mn,...n->...m", jacobian, qdot)
+        return frame.compose(self._residual(q, qdot, moved, frame, None))
+
+    def standardised_residuals(
+        self, demonstrations: Demonstrations, previous: Previous | None = None
+    ) -> Array:
         """Returns null-space residuals whitened by the predicted covariance, ``(N, k)``.
 
         Independent standard normal if the method's law is the person's.
         """
         q, xdot, J = demonstrations.q, demonstrations.xdot, demonstrations.jacobian
         frame = self.basis.frame(J)
-        followed = weighted_solution(self.weights_at(q), J, xdot)
-        y = frame.coordinates(demonstrations.qdot - followed)
-        residual = y - self.null_mean(q, xdot, frame)
-        factor = np.linalg.cholesky(self.null_covariance(q, xdot, frame, J))
+        residual = self._residual(q, demonstrations.qdot, xdot, frame, previous)
+        factor = np.linalg.cholesky(self._covariance(q, xdot, frame, J, previous))
         return np.asarray(np.linalg.solve(factor, residual[..., None])[..., 0])
+
+    def _residual(
+        self,
+        q: Array,
+        qdot: Array,
+        moved: Array,
+        frame: NullSpaceFrame,
+        previous: Previous | None,
+    ) -> Array:
+        """Returns ``y - mu_y`` ``(..., k)`` for a hand that moved with ``moved``."""
+        weights = self.weights_at(q)
+        y = frame.coordinates(qdot - weighted_solution(weights, frame.jacobian, moved))
+        return np.asarray(y - self._mean(q, moved, frame, weights, previous))
+
+    def _mean(
+        self,
+        q: Array,
+        xdot: Array,
+        frame: NullSpaceFrame,
+        weights: Array,
+        previous: Previous | None,
+    ) -> Array:
+        """Returns ``mu_y`` with what is left of the step before, carried to this null space."""
+        mean = self.null_mean(q, xdot, frame)
+        if previous is None:
+            return mean
+        left = previous.kept[..., None] * previous.residual
+        moved = np.einsum("...mn,...n->...m", frame.jacobian, left)
+        return mean + frame.coordinates(left - weighted_solution(weights, frame.jacobian, moved))
+
+    def _covariance(
+        self,
+        q: Array,
+        xdot: Array,
+        frame: NullSpaceFrame,
+        jacobian: Array,
+        previous: Previous | None,
+    ) -> Array:
+        covariance = self.null_covariance(q, xdot, frame, jacobian)
+        return covariance if previous is None else previous.spread[..., None, None] * covariance
 
 
 def gaussian_log_density(residual: Array, covariance: Array) -> Array:

@@ -1,0 +1,124 @@
+"""What the step before says about the next one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar import PlanarChain
+from scipy.stats import multivariate_normal
+
+from prediction import (
+    METHODS,
+    CovIk,
+    MinimumNormIk,
+    NullSpaceMemory,
+    PredictionError,
+    demonstrations_from_samples,
+)
+from prediction.memory import elapsed_in
+from prediction.null_space import weighted_pseudo_inverse
+
+DT, TAU = 0.02, 0.2
+SIGMA_X = np.diag([0.002**2, 0.003**2])
+
+
+@pytest.fixture(scope="module")
+def strays():
+    """A planar arm, two takes: least-norm, plus a null-space residual that lasts `TAU`."""
+    chain, rng, count = PlanarChain(), np.random.default_rng(5), 3000
+    time_s = np.arange(count) * DT
+    rate, phase, swing = rng.uniform(0.5, 2, 8), rng.uniform(0, 6, 8), rng.normal(0, 0.08, (8, 5))
+    q = (
+        np.deg2rad([90.0, -25.0, -25.0, -60.0, -20.0])
+        + np.sin(time_s[:, None] * rate + phase) @ swing
+    )
+    still = demonstrations_from_samples(chain, q, np.zeros_like(q), time_s, time_s // 30.0)
+    J = still.jacobian
+    projector = np.eye(5) - np.linalg.pinv(J) @ J
+    kept = np.exp(-DT / TAU)
+    residual = np.zeros_like(q)
+    kicks = np.sqrt(1 - kept**2) * 0.1 * rng.normal(size=q.shape)
+    for t in range(count):
+        residual[t] = projector[t] @ (kept * residual[t - 1] + kicks[t])
+    qdot = np.einsum("tnm,tm->tn", np.linalg.pinv(J), rng.normal(0, 0.1, (count, 2))) + residual
+    return replace(still, qdot=qdot), residual
+
+
+def test_memory_of_a_known_process_is_recovered(strays):
+    demonstrations, residual = strays
+    law = MinimumNormIk.fit(demonstrations, np.random.default_rng(0))
+    found = law.null_residual(demonstrations.q, demonstrations.qdot, demonstrations.jacobian)
+    np.testing.assert_allclose(found, residual, atol=1e-10)
+    memory = NullSpaceMemory.fit([(law, demonstrations)])
+    assert memory.time_s == pytest.approx(TAU, rel=0.15)
+    assert memory.explained == pytest.approx(1.0, abs=0.03)
+    white = law.standardised_residuals(demonstrations, memory.within(law, demonstrations))
+    assert (white**2).mean() == pytest.approx(1.0, abs=0.05)
+    again = np.einsum("tk,tk->t", white[1:], white[:-1]).mean() / 3
+    assert abs(again) < 0.05  # nothing is left to be remembered
+
+
+def test_motion_that_forgets_at_once_has_no_memory_to_speak_of(strays, rng):
+    demonstrations = strays[0]
+    white = replace(demonstrations, qdot=rng.normal(size=demonstrations.qdot.shape))
+    law = CovIk.fit(white, rng)
+    memory = NullSpaceMemory.fit([(law, white)])
+    assert memory is None or memory.time_s < DT
+
+
+def test_samples_that_are_no_neighbours_say_nothing(strays):
+    demonstrations = strays[0].take(slice(1400, 1600))
+    law = CovIk.fit(demonstrations, np.random.default_rng(0))
+    memory = NullSpaceMemory(TAU, 0.9)
+    elapsed = elapsed_in(demonstrations)
+    first = np.flatnonzero(np.isinf(elapsed))
+    np.testing.assert_array_equal(first, [0, 100])
+    previous = memory.within(law, demonstrations)
+    d = demonstrations
+    told = law.predict(d.q, d.xdot, d.jacobian, previous)
+    alone = law.predict(d.q, d.xdot, d.jacobian)
+    np.testing.assert_array_equal(told.mean[first], alone.mean[first])
+    np.testing.assert_array_equal(told.null_factor[first], alone.null_factor[first])
+    assert np.abs(told.mean - alone.mean)[1:100].max() > 1e-3
+    one = memory.after(law, d.q[4], d.qdot[4], d.jacobian[4], d.time_s[5] - d.time_s[4])
+    np.testing.assert_allclose(
+        law.predict(d.q[5], d.xdot[5], d.jacobian[5], one).mean, told.mean[5], atol=1e-12
+    )
+    alone_each = d.take(slice(0, 2000, 1))
+    scattered = replace(alone_each, trajectory_id=np.arange(len(d)))
+    assert NullSpaceMemory.fit([(law, scattered)]) is None
+
+
+@pytest.mark.parametrize("name", sorted(METHODS))
+def test_density_with_memory_is_that_of_the_predicted_law(strays, name):
+    """The residual is carried by ``I - K J`` and the law narrows in the null space alone."""
+    train, test = strays[0].take(slice(0, 120)), strays[0].take(slice(500, 520))
+    options = {name: {"optimizer": "gradient", "max_evaluations": 30} for name in ("mi-nsgp",)}
+    law = METHODS[name].fit(train, np.random.default_rng(0), **options.get(name, {}))
+    q, xdot, J = test.q, test.xdot, test.jacobian
+    previous = NullSpaceMemory(TAU, 0.9).within(law, test)
+    alone, told = law.predict(q, xdot, J), law.predict(q, xdot, J, previous)
+    hand = np.einsum("tmn,tn->tm", J, told.mean - alone.mean)
+    np.testing.assert_allclose(hand, 0.0, atol=1e-12)
+    W = law.weights_at(q)
+    off = np.eye(5) - weighted_pseudo_inverse(W, J) @ J
+    carried = np.einsum("tij,tj->ti", off, previous.residual) * previous.kept[:, None]
+    np.testing.assert_allclose(told.mean, alone.mean + carried, atol=1e-10)
+    parts = law.log_prob(q, xdot, test.qdot, J, SIGMA_X, previous)
+    if name == "locov-ik":  # not Gaussian: the density of a t with this mean and covariance
+        plain = law.log_prob(q, xdot, test.qdot - carried, J, SIGMA_X)
+        first = np.isinf(elapsed_in(test))
+        np.testing.assert_allclose(parts.total[first], plain.total[first])
+        wide = law.rescaled(float(previous.spread[1]))
+        narrow = wide.log_prob(q, xdot, test.qdot - carried, J, SIGMA_X)
+        np.testing.assert_allclose(parts.total[~first], narrow.total[~first], atol=1e-9)
+        return
+    for i, covariance in enumerate(told.covariance(SIGMA_X)):
+        full = multivariate_normal(told.mean[i], covariance, allow_singular=True)
+        assert parts.total[i] == pytest.approx(full.logpdf(test.qdot[i]), abs=1e-5)
+
+
+def test_a_memory_that_cannot_be_is_refused():
+    for time_s, explained in ((0.0, 0.5), (np.inf, 0.5), (0.2, 1.5), (0.2, -0.1), (np.nan, 0.5)):
+        with pytest.raises(PredictionError, match="positive time"):
+            NullSpaceMemory(time_s, explained)
