@@ -1,6 +1,6 @@
 """Methods side by side on motion they have not seen."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -184,6 +184,7 @@ def compare_methods(
     task: Task = "pose",
     share: float = 0.7,
     samples: int = 100,
+    kept: MutableMapping[str, bytes] | None = None,
     progress: Progress | None = None,
     should_stop: ShouldStop | None = None,
 ) -> tuple[OperatorModel, Sequence[MethodScore]]:
@@ -197,6 +198,7 @@ def compare_methods(
         task: Pose or position.
         share: Share trained on.
         samples: Sampled postures a stretch.
+        kept: See `train_operator`.
         progress: See `train_operator`.
         should_stop: See `train_operator`.
 
@@ -211,7 +213,13 @@ def compare_methods(
     options = TrainingOptions(**{**asdict(options), "tasks": (task,)})
     train, test = split_in_time(demonstrations, share)
     model = train_operator(
-        chain, train, seed=seed, options=options, progress=progress, should_stop=should_stop
+        chain,
+        train,
+        seed=seed,
+        options=options,
+        kept=kept,
+        progress=progress,
+        should_stop=should_stop,
     )
     scores = [
         score_method(
