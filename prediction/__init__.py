@@ -1,5 +1,11 @@
 """The postures one operator will take when a robot leads their hand."""
 
+from prediction.add_demonstrations import (
+    add_demonstrations,
+    check_same_person,
+    options_of,
+    with_earlier,
+)
 from prediction.chain import JointReduction, Task, TaskChain
 from prediction.cov_ik import CovIk
 from prediction.demonstrations import (
@@ -107,6 +113,8 @@ __all__ = [
     "UnreachableTrajectoryError",
     "UnsupportedMethodError",
     "WIk",
+    "add_demonstrations",
+    "check_same_person",
     "compare_methods",
     "compare_on_splits",
     "demonstrations_from_motion",
@@ -116,6 +124,7 @@ __all__ = [
     "load_model",
     "model_bytes",
     "model_from_bytes",
+    "options_of",
     "paired_table",
     "run_held_out",
     "save_model",
@@ -124,5 +133,6 @@ __all__ = [
     "split_in_time",
     "splits_of",
     "train_operator",
+    "with_earlier",
     "with_method",
 ]
