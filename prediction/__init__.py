@@ -34,6 +34,7 @@ from prediction.evaluate import (
 )
 from prediction.familiarity import Familiarity
 from prediction.gaussian_laws import MinimumNormIk, SbM, WIk
+from prediction.generic import generic_operator
 from prediction.hand_path import HandPath
 from prediction.held_out import Stretches, run_held_out
 from prediction.joint_limits import JointLimits
@@ -59,7 +60,7 @@ from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor, Previous
 from prediction.promp import ProMp
 from prediction.rollout import Follower, HandNoise, Rollout
-from prediction.train import train_operator, with_method
+from prediction.train import train_operator
 from prediction.training_options import TrainingOptions
 
 __all__ = [
@@ -120,6 +121,7 @@ __all__ = [
     "demonstrations_from_motion",
     "demonstrations_from_samples",
     "find_reduction",
+    "generic_operator",
     "join",
     "load_model",
     "model_bytes",
@@ -134,5 +136,4 @@ __all__ = [
     "splits_of",
     "train_operator",
     "with_earlier",
-    "with_method",
 ]

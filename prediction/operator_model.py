@@ -122,6 +122,11 @@ class OperatorModel:
         return self.reduction.names
 
     @property
+    def is_generic(self) -> bool:
+        """Whether nothing was seen of this person: see `prediction.generic_operator`."""
+        return len(self.familiarity.centres) == 0
+
+    @property
     def method_names(self) -> tuple[str, ...]:
         """Methods held, the chosen one first."""
         names = dict.fromkeys(name for name, _ in self.methods)

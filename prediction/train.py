@@ -16,7 +16,6 @@ from human.threads import single_threaded
 from prediction.chain import TASKS, Task, TaskChain
 from prediction.choice import Choice, choose_method
 from prediction.demonstrations import Demonstrations, find_reduction
-from prediction.errors import UnsupportedMethodError
 from prediction.familiarity import Familiarity
 from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
@@ -330,14 +329,3 @@ class _Part:
 
     def first_half(self, what: str, done: float, likelihood: float) -> None:
         self.tell(what, 0.5 * min(done, 1.0), likelihood)
-
-
-def with_method(model: OperatorModel, method: str) -> OperatorModel:
-    """Returns the model with another of its methods as the chosen one.
-
-    Raises:
-        UnsupportedMethodError: It was not trained.
-    """
-    if method not in model.method_names:
-        raise UnsupportedMethodError("method", method, model.method_names)
-    return replace(model, method=method)

@@ -27,7 +27,6 @@ from prediction import (
     scores_to_dict,
     split_in_time,
     train_operator,
-    with_method,
 )
 
 FAST = TrainingOptions(method="mi-nsgp", optimizer="gradient", tasks=("position",), blocks=3)
@@ -123,9 +122,6 @@ def test_unknown_methods_and_tasks_are_refused(trained):
         TrainingOptions(tasks=("dance",))
     with pytest.raises(UnsupportedMethodError, match="pose"):
         model.fitted("cov-ik", "pose")
-    with pytest.raises(UnsupportedMethodError):
-        with_method(model, "oracle")
-    assert with_method(model, "cov-ik").method_names[0] == "cov-ik"
     with pytest.raises(PredictionError, match="skeleton"):
         model.chain  # noqa: B018
 
