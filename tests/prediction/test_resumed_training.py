@@ -105,7 +105,7 @@ def test_recalled_answers_are_those_given(monkeypatch):
 
 
 def test_added_demonstrations_give_what_training_on_all_at_once_gives(demonstrations):
-    options = replace(GRADIENT, max_samples=300)
+    options = replace(GRADIENT, max_samples=240, weights="diagonal", criterion="marginal")
     first, second = demonstrations.take(slice(0, 120)), demonstrations.take(slice(120, 240))
     second = replace(second, trajectory_id=second.trajectory_id + 1000)
     both = replace(
@@ -122,9 +122,10 @@ def test_added_demonstrations_give_what_training_on_all_at_once_gives(demonstrat
     assert added.training["options"] == at_once.training["options"]
     assert [take.name for take in added.samples.takes][-1] == takes[-1].name
     one, other = (m.fitted("mi-nsgp", "position").predictor.law for m in (added, at_once))
+    # the search ends where another round gains less than 1e-4 nats
     assert one.score == pytest.approx(other.score, abs=1e-4)
-    np.testing.assert_allclose(one.log_weights, other.log_weights, atol=0.02)
-    assert one.score > old.fitted("mi-nsgp", "position").predictor.law.score - 5.0
+    np.testing.assert_allclose(one.log_weights, other.log_weights, atol=0.01)
+    assert one.evaluations < other.evaluations
     for key in ("cov-ik", "minimum-norm"):
         a, b = (m.fitted(key, "position").predictor for m in (added, at_once))
         np.testing.assert_allclose(a.weights, b.weights, rtol=1e-12)
