@@ -49,23 +49,25 @@ from prediction.motion_demonstrations import demonstrations_from_motion
 from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.paired import (
+    PAPERS_WAY,
     PairedRow,
-    Split,
     SplitScores,
     compare_on_splits,
     paired_table,
-    splits_of,
 )
 from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor, Previous
 from prediction.promp import ProMp
+from prediction.reaches import Reaches, find_reaches
 from prediction.rollout import Follower, HandNoise, Rollout
+from prediction.splits import Split, splits_by_primitive, splits_by_reach, splits_of
 from prediction.train import train_operator
 from prediction.training_options import TrainingOptions
 
 __all__ = [
     "BASELINES",
     "METHODS",
+    "PAPERS_WAY",
     "CcGp",
     "CovIk",
     "DemonstrationError",
@@ -98,6 +100,7 @@ __all__ = [
     "Predictor",
     "Previous",
     "ProMp",
+    "Reaches",
     "Rollout",
     "SbM",
     "Skeleton",
@@ -120,6 +123,7 @@ __all__ = [
     "compare_on_splits",
     "demonstrations_from_motion",
     "demonstrations_from_samples",
+    "find_reaches",
     "find_reduction",
     "generic_operator",
     "join",
@@ -133,6 +137,8 @@ __all__ = [
     "score_method",
     "scores_to_dict",
     "split_in_time",
+    "splits_by_primitive",
+    "splits_by_reach",
     "splits_of",
     "train_operator",
     "with_earlier",

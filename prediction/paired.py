@@ -4,38 +4,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from human.threads import single_threaded
 from prediction.chain import Task, TaskChain
-from prediction.demonstrations import Demonstrations, join
 from prediction.errors import DemonstrationError, PredictionError
 from prediction.evaluate import HORIZONS_S, MethodScore, score_method
+from prediction.methods import AUTO
 from prediction.predictor import Progress, ShouldStop, check_stop
+from prediction.splits import Split
 from prediction.train import train_operator
 from prediction.training_options import TrainingOptions
 
+Array = NDArray[np.float64]
+
 #: What every method is compared with.
 REFERENCE = "cov-ik"
-#: Contiguous parts of the design ``part``.
-PARTS = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Split:
-    """What is trained on and what is tested on.
-
-    Attributes:
-        design: ``part``: a contiguous part of all recordings is held out, so the same motion was
-            mostly seen. ``recording``: a whole recording is held out, so it may be another motion.
-        name: Which part or recording is held out.
-        train: Demonstrations.
-        test: Held-out demonstrations.
-    """
-
-    design: str
-    name: str
-    train: Demonstrations
-    test: Demonstrations
+#: The paper's own training: isotropic kernel, diagonal W, likelihood of the training set.
+PAPERS_WAY = TrainingOptions(
+    method="mi-nsgp", criterion="marginal", weights="diagonal", kernel="paper"
+)
+#: Least error a ratio is taken of, deg or rad/s: below, both are exact.
+_LEAST = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +48,28 @@ class SplitScores:
 class PairedRow:
     """One method over the splits of a design.
 
+    Intervals are 95 % intervals of the mean over splits (of the logarithm, for ratios), by
+    Student's t. Splits of one recording share most of their training, so they are narrower than
+    those of as many people would be.
+
     Attributes:
         method: Its name.
         splits: How many.
         nats: Mean held-out log density.
         nats_more: Median difference to the reference, nats.
         nats_wins: Splits with a greater density than the reference.
+        nats_interval: Interval of the mean difference; None with one split.
         rmse_ratio: Geometric mean of one-step error over the reference's.
+        rmse_wins: Splits with a smaller one-step error.
+        rmse_interval: Interval of that ratio.
         rollout_rmse_deg: Joint error at each horizon, geometric mean, deg, by seconds.
         rollout_ratio: The same over the reference's.
+        rollout_interval: Interval of that ratio, by seconds.
         rollout_wins: Splits with a smaller error at the horizon than the reference's, and of how
             many, by seconds.
         coverage90: Mean coverage of the roll-out's 90 % band.
         width_deg: Mean width of that band.
+        hand_m: Mean hand error of the sampled roll-outs.
     """
 
     method: str
@@ -77,38 +77,17 @@ class PairedRow:
     nats: float
     nats_more: float
     nats_wins: int
+    nats_interval: tuple[float, float] | None
     rmse_ratio: float
+    rmse_wins: int
+    rmse_interval: tuple[float, float] | None
     rollout_rmse_deg: Mapping[str, float]
     rollout_ratio: Mapping[str, float]
+    rollout_interval: Mapping[str, tuple[float, float] | None]
     rollout_wins: Mapping[str, tuple[int, int]]
     coverage90: float | None
     width_deg: float | None
-
-
-def splits_of(takes: Sequence[tuple[str, Demonstrations]], parts: int = PARTS) -> list[Split]:
-    """Cuts recordings of one person into what is trained on and what is held out.
-
-    Args:
-        takes: Name and demonstrations of each recording.
-        parts: Contiguous parts of the design ``part``.
-
-    Returns:
-        Each part of all recordings held out in turn, then each recording if there are several.
-
-    Raises:
-        DemonstrationError: No recordings.
-    """
-    whole = join([take for _, take in takes])
-    out = []
-    for number, block in enumerate(whole.blocks(parts)):
-        if not block.all():
-            name = f"part {number + 1} of {parts}"
-            out.append(Split("part", name, whole.take(~block), whole.take(block)))
-    if len(takes) > 1:
-        for number, (name, take) in enumerate(takes):
-            others = [other for k, (_, other) in enumerate(takes) if k != number]
-            out.append(Split("recording", name, join(others), take))
-    return out
+    hand_m: float | None
 
 
 @single_threaded
@@ -119,6 +98,7 @@ def compare_on_splits(
     *,
     seed: int,
     options: TrainingOptions | None = None,
+    also: Mapping[str, TrainingOptions] | None = None,
     task: Task = "pose",
     samples: int = 50,
     progress: Progress | None = None,
@@ -128,11 +108,13 @@ def compare_on_splits(
 
     Args:
         chain: The chain.
-        splits: From `splits_of`.
+        splits: From `splits_of`, `splits_by_primitive` or `splits_by_reach`.
         methods: Names, ``auto`` among them if its choice is to be scored; the reference and the
             other baseline are always there.
         seed: Seed of everything.
         options: How to train; method and tasks are set here.
+        also: Further ways to train, by the label they get in the table, each with its method;
+            `PAPERS_WAY` is one.
         task: Pose or position.
         samples: Sampled postures a stretch.
         progress: See `train_operator`.
@@ -145,26 +127,35 @@ def compare_on_splits(
         TrainingCancelledError: ``should_stop`` said so.
     """
     base = TrainingOptions() if options is None else options
-    jobs = [(split, name) for split in splits for name in methods]
-    found: dict[int, dict[str, MethodScore]] = {id(split): {} for split in splits}
-    problems: dict[int, str] = {}
-    for number, (split, name) in enumerate(jobs):
-        check_stop(should_stop)
-        if id(split) in problems:
-            continue
-        try:
-            model = train_operator(
-                chain,
-                split.train,
-                seed=seed,
-                options=replace(base, method=name, tasks=(task,)),
-                progress=_part_of(progress, f"{split.name}, {name}", number, len(jobs)),
-                should_stop=should_stop,
-            )
-            scores = found[id(split)]
-            chosen = {name: model.method} if name == "auto" else {name: name}
-            for label, trained in {**{m: m for m in model.method_names}, **chosen}.items():
-                if label not in scores:
+    # What auto chooses from need not be trained again: auto goes first.
+    ways = {name: replace(base, method=name) for name in sorted(methods, key=AUTO.__ne__)}
+    ways.update(also or {})
+    results = []
+    for number, split in enumerate(splits):
+        scores: dict[str, MethodScore] = {}
+        problem = None
+        for k, (label, way) in enumerate(ways.items()):
+            check_stop(should_stop)
+            if label in scores:
+                continue
+            share = (number * len(ways) + k) / (len(splits) * len(ways))
+            part = 1.0 / (len(splits) * len(ways))
+            try:
+                model = train_operator(
+                    chain,
+                    split.train,
+                    seed=seed,
+                    options=replace(way, tasks=(task,)),
+                    progress=_part_of(progress, f"{split.name}, {label}", share, part),
+                    should_stop=should_stop,
+                )
+            except DemonstrationError as error:
+                problem, scores = str(error), {}
+                break
+            # Trained beside it and shown under their own names, unless this is another way.
+            beside = () if label in (also or {}) else model.method_names
+            for name, trained in {**{one: one for one in beside}, label: model.method}.items():
+                if name not in scores:
                     score = score_method(
                         model,
                         trained,
@@ -174,17 +165,9 @@ def compare_on_splits(
                         chain=chain,
                         samples=samples,
                     )
-                    scores[label] = replace(score, method=label)
-        except DemonstrationError as error:
-            problems[id(split)] = str(error)
-    return [
-        SplitScores(
-            (split.design, split.name),
-            {} if id(split) in problems else found[id(split)],
-            problems.get(id(split)),
-        )
-        for split in splits
-    ]
+                    scores[name] = replace(score, method=name)
+        results.append(SplitScores((split.design, split.name), scores, problem))
+    return results
 
 
 def paired_table(results: Sequence[SplitScores], design: str) -> list[PairedRow]:
@@ -209,7 +192,7 @@ def paired_table(results: Sequence[SplitScores], design: str) -> list[PairedRow]
 def _row(name: str, scored: Sequence[Mapping[str, MethodScore]]) -> PairedRow:
     pairs = [(scores[name], scores[REFERENCE]) for scores in scored]
     more = np.array([ours.log_likelihood - cov.log_likelihood for ours, cov in pairs])
-    error, ratio, wins = {}, {}, {}
+    error, ratio, interval, wins = {}, {}, {}, {}
     for horizon in (f"{seconds:g}" for seconds in HORIZONS_S):
         at = np.array(
             [
@@ -219,33 +202,64 @@ def _row(name: str, scored: Sequence[Mapping[str, MethodScore]]) -> PairedRow:
             ]
         )
         if len(at):
-            at = np.maximum(at, 1e-9)
-            error[horizon] = float(np.exp(np.log(at[:, 0]).mean()))
-            ratio[horizon] = float(np.exp(np.log(at[:, 0] / at[:, 1]).mean()))
+            logs = _log_ratio(at)
+            error[horizon] = float(np.exp(np.log(np.maximum(at[:, 0], _LEAST)).mean()))
+            ratio[horizon], interval[horizon] = _mean_ratio(logs)
             wins[horizon] = (int((at[:, 0] < at[:, 1]).sum()), len(at))
-    covered = [ours.coverage90_rollout for ours, _ in pairs if ours.coverage90_rollout is not None]
-    width = [ours.band_width_deg for ours, _ in pairs if ours.band_width_deg is not None]
-    rmse = [np.log(ours.rmse_rad_s / cov.rmse_rad_s) for ours, cov in pairs]
+    rmse = np.array([(ours.rmse_rad_s, cov.rmse_rad_s) for ours, cov in pairs])
+    rmse_ratio, rmse_interval = _mean_ratio(_log_ratio(rmse))
     return PairedRow(
         method=name,
         splits=len(pairs),
         nats=float(np.mean([ours.log_likelihood for ours, _ in pairs])),
         nats_more=float(np.median(more)),
         nats_wins=int((more > 0).sum()),
-        rmse_ratio=float(np.exp(np.mean(rmse))),
+        nats_interval=_interval(more),
+        rmse_ratio=rmse_ratio,
+        rmse_wins=int((rmse[:, 0] < rmse[:, 1]).sum()),
+        rmse_interval=rmse_interval,
         rollout_rmse_deg=error,
         rollout_ratio=ratio,
+        rollout_interval=interval,
         rollout_wins=wins,
-        coverage90=float(np.mean(covered)) if covered else None,
-        width_deg=float(np.mean(width)) if width else None,
+        coverage90=_mean_of([ours.coverage90_rollout for ours, _ in pairs]),
+        width_deg=_mean_of([ours.band_width_deg for ours, _ in pairs]),
+        hand_m=_mean_of([ours.rollout_hand_mean_m for ours, _ in pairs]),
     )
 
 
-def _part_of(progress: Progress | None, label: str, number: int, count: int) -> Progress | None:
+def _mean_of(values: Sequence[float | None]) -> float | None:
+    there = [value for value in values if value is not None]
+    return float(np.mean(there)) if there else None
+
+
+def _log_ratio(pairs: Array) -> Array:
+    """Returns the logarithm of the first over the second of each pair, ``(splits,)``."""
+    first, second = np.maximum(pairs, _LEAST).T
+    return np.asarray(np.log(first / second))
+
+
+def _mean_ratio(logs: Array) -> tuple[float, tuple[float, float] | None]:
+    """Returns the geometric mean of ratios and its interval."""
+    between = _interval(logs)
+    low_high = None if between is None else (float(np.exp(between[0])), float(np.exp(between[1])))
+    return float(np.exp(logs.mean())), low_high
+
+
+def _interval(values: Array) -> tuple[float, float] | None:
+    """Returns the 95 % interval of the mean by Student's t, None for a single value."""
+    count = len(values)
+    if count < 2:
+        return None
+    half = stdtrit(count - 1, 0.975) * values.std(ddof=1) / np.sqrt(count)
+    return float(values.mean() - half), float(values.mean() + half)
+
+
+def _part_of(progress: Progress | None, label: str, start: float, share: float) -> Progress | None:
     if progress is None:
         return None
 
     def tell(what: str, done: float, likelihood: float) -> None:
-        progress(f"{label}: {what}", (number + min(done, 1.0)) / count, likelihood)
+        progress(f"{label}: {what}", start + share * min(done, 1.0), likelihood)
 
     return tell

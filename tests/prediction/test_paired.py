@@ -6,7 +6,8 @@ from planar import PlanarChain, planar_demonstrations
 
 from prediction import DemonstrationError, TrainingOptions
 from prediction.errors import PredictionError
-from prediction.paired import compare_on_splits, paired_table, splits_of
+from prediction.paired import compare_on_splits, paired_table
+from prediction.splits import splits_of
 
 
 @pytest.fixture(scope="module")
