@@ -1,6 +1,10 @@
 """The arm a predictor works on: what it needs of a kinematic chain, and chains with fewer joints.
 
-`human.Chain` fits the protocol; so does any toy arm with the same four members.
+`human.Chain` fits the protocol; so does any toy arm with the same four members. A chain may have
+several tips, such as both hands, or a hand and the other foot. Rows of a task are then those of its
+Jacobian: first the linear ones, tip by tip, then the angular ones; held tips before led ones. So
+the task of leading positions alone, in which held tips keep their orientation too, is the first
+rows of the task of leading poses.
 """
 
 from collections.abc import Sequence
@@ -16,7 +20,11 @@ TASKS: tuple[Task, ...] = ("pose", "position")
 
 
 class TaskChain(Protocol):
-    """A serial chain from a fixed base to a hand."""
+    """A chain from a fixed base to a hand.
+
+    A chain with more tips than one says how many of them are held by an attribute ``held_tips``;
+    see `held_tips`.
+    """
 
     @property
     def dof_names(self) -> Sequence[str]:
@@ -39,8 +47,14 @@ class TaskChain(Protocol):
         Returns:
             Position ``(..., p)`` m and rotation ``(..., 3, 3)`` in base axes, and the Jacobian
             ``(..., p + r, n)``, linear rows first. ``p`` is 3 (2 for a planar arm) and ``r`` is 3
-            (0 for an arm whose orientation is no task).
+            (0 for an arm whose orientation is no task). With ``t`` tips, ``p`` and ``r`` are ``3
+            t`` and the rotation is ``(..., t, 3, 3)``.
         """
+
+
+def held_tips(chain: TaskChain) -> int:
+    """Returns how many tips, the first ones, stay where they are at the start: a foot, say."""
+    return int(getattr(chain, "held_tips", 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +125,20 @@ class ReducedChain:
         return self.reduction.expand(q, self.anchor)
 
     def forward_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
-        """As `TaskChain.forward_and_jacobian`, on the learned joints and the rows of the task."""
+        """Returns what the task is about, on the learned joints.
+
+        Args:
+            q: Learned joints, ``(..., r)`` rad.
+
+        Returns:
+            Position of all tips ``(..., p)``, rotation ``(..., t, 3, 3)`` of the ``t`` tips whose
+            orientation is kept or led, and the Jacobian ``(..., p + 3 t, r)``.
+        """
         position, rotation, jacobian = self.chain.forward_and_jacobian(self.expand(q))
-        rows = position.shape[-1] if self.task == "position" else jacobian.shape[-2]
+        linear, rows = position.shape[-1], jacobian.shape[-2]
+        if self.task == "position":
+            rows = linear + 3 * held_tips(self.chain)
+        if rotation.ndim == position.ndim + 1:
+            rotation = rotation[..., None, :, :]
+        rotation = rotation[..., : (rows - linear) // 3, :, :]
         return position, rotation, jacobian[..., :rows, :] @ self.reduction.expansion

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from prediction.chain import JointReduction, Task, TaskChain
+from prediction.chain import JointReduction, Task, TaskChain, held_tips
 from prediction.errors import DemonstrationError
 
 Array = NDArray[np.float64]
@@ -36,7 +36,8 @@ class Demonstrations:
         jacobian: ``(N, m, n)``, linear rows first, base axes.
         trajectory_id: Number of the take each sample belongs to, ``(N,)``, each take in one piece.
         time_s: ``(N,)``, increasing within a take.
-        linear_rows: How many rows of the Jacobian are linear, 3 (2 for a planar arm).
+        linear_rows: How many rows of the Jacobian are linear, 3 a tip (2 for a planar arm).
+        held_tips: How many tips are held, see `TaskChain`.
     """
 
     joint_names: tuple[str, ...]
@@ -46,6 +47,7 @@ class Demonstrations:
     trajectory_id: NDArray[np.int64]
     time_s: Array
     linear_rows: int = 3
+    held_tips: int = 0
 
     def __post_init__(self) -> None:
         """Checks shapes, finiteness and times."""
@@ -110,8 +112,13 @@ class Demonstrations:
         )
 
     def for_task(self, task: Task) -> "Demonstrations":
-        """Returns the same motion with the rows of a task: all of them, or the linear ones."""
-        rows = self.linear_rows if task == "position" else self.jacobian.shape[1]
+        """Returns the same motion with the rows of a task.
+
+        All of them, or for ``position`` the linear ones and the angular ones of held tips.
+        """
+        rows = self.jacobian.shape[1]
+        if task == "position":
+            rows = self.linear_rows + 3 * self.held_tips
         return replace(self, jacobian=self.jacobian[:, :rows])
 
     def reduced(self, reduction: JointReduction) -> "Demonstrations":
@@ -222,7 +229,14 @@ def demonstrations_from_samples(
     position, _, jacobian = chain.forward_and_jacobian(q)
     ids = np.zeros(len(q), dtype=np.int64) if trajectory_id is None else trajectory_id
     return Demonstrations(
-        names, q, qdot, jacobian, np.asarray(ids, dtype=np.int64), time_s, position.shape[-1]
+        names,
+        q,
+        qdot,
+        jacobian,
+        np.asarray(ids, dtype=np.int64),
+        time_s,
+        position.shape[-1],
+        held_tips(chain),
     )
 
 

@@ -53,15 +53,21 @@ class UnreachableTrajectoryError(TrajectoryError):
         index: Index of the first point that cannot be reached.
         distance: What is missing to that point, m.
         angle_deg: What is missing to its orientation, degrees (0 if the task is the position).
+        tip: Which tip of the chain stays away most, or would have to leave its place; None if it
+            has one tip only.
     """
 
-    def __init__(self, index: int, distance: float, angle_deg: float = 0.0) -> None:
+    def __init__(
+        self, index: int, distance: float, angle_deg: float = 0.0, tip: str | None = None
+    ) -> None:
         """Says which point cannot be reached and by how much."""
         self.index = index
         self.distance = distance
         self.angle_deg = angle_deg
+        self.tip = tip
+        what = "the hand" if tip is None else tip
         super().__init__(
-            f"point {index} of the trajectory is out of reach: the hand stays {distance:.3f} m and "
+            f"point {index} of the trajectory is out of reach: {what} stays {distance:.3f} m and "
             f"{angle_deg:.1f} deg away; move the trajectory nearer, or send positions alone"
         )
 
@@ -100,16 +106,24 @@ class StartMismatchError(TrajectoryError):
     Attributes:
         distance_m: Distance from the hand to the first point, m.
         angle_deg: Angle from the hand's to the first orientation, degrees.
+        tip: Which hand is furthest off; None if one alone is led.
     """
 
     def __init__(
-        self, distance_m: float, angle_deg: float, limit_m: float, limit_deg: float
+        self,
+        distance_m: float,
+        angle_deg: float,
+        limit_m: float,
+        limit_deg: float,
+        tip: str | None = None,
     ) -> None:
         """Says how far the hand is from the first point."""
         self.distance_m = distance_m
         self.angle_deg = angle_deg
+        self.tip = tip
+        what = "the hand" if tip is None else tip
         super().__init__(
-            f"the start posture holds the hand {distance_m:.3f} m and {angle_deg:.1f} deg from the "
+            f"the start posture holds {what} {distance_m:.3f} m and {angle_deg:.1f} deg from the "
             f"first point (accepted: {limit_m:.3f} m, {limit_deg:.1f} deg); give a start "
             "posture that meets the trajectory, or a grasp that joins them"
         )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
+from prediction.chain import Task, TaskChain, held_tips
 from prediction.errors import DiscontinuousTrajectoryError, TrajectoryError
 
 Array = NDArray[np.float64]
@@ -22,12 +23,12 @@ _ORTHONORMAL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class HandPath:
-    """Target poses of the hand in the chain's base axes.
+    """Target poses of the hand, or of both, in the chain's base axes.
 
     Attributes:
         time_s: ``(T,)`` s, increasing.
-        position: ``(T, p)`` m.
-        rotation: ``(T, 3, 3)``, or None if the task is the position alone.
+        position: ``(T, p)`` m; ``(T, hands, 3)`` if the chain leads several.
+        rotation: ``(T, 3, 3)`` or ``(T, hands, 3, 3)``; None if the task is the position alone.
     """
 
     time_s: Array
@@ -48,17 +49,17 @@ class HandPath:
             raise TrajectoryError(
                 f"time_s has shape {time_s.shape}: a trajectory is at least two points"
             )
-        if position.ndim != 2 or len(position) != len(time_s):
+        if position.ndim not in (2, 3) or len(position) != len(time_s):
             raise TrajectoryError(
-                f"positions have shape {position.shape}, expected ({len(time_s)}, 3)"
+                f"positions have shape {position.shape}, expected ({len(time_s)}, 3), or "
+                f"({len(time_s)}, hands, 3)"
             )
         named = [("time_s", time_s), ("position", position)]
         if rotation is not None:
             rotation = np.asarray(rotation, dtype=np.float64)
-            if rotation.shape != (len(time_s), 3, 3):
-                raise TrajectoryError(
-                    f"rotations have shape {rotation.shape}, expected ({len(time_s)}, 3, 3)"
-                )
+            expected = (*position.shape[:-1], 3, 3)
+            if rotation.shape != expected:
+                raise TrajectoryError(f"rotations have shape {rotation.shape}, expected {expected}")
             named.append(("rotation", rotation))
         for name, value in named:
             bad = ~np.isfinite(value).reshape(len(time_s), -1).all(axis=1)
@@ -72,8 +73,10 @@ class HandPath:
                 f"{time_s[index]:.6f} s)"
             )
         if rotation is not None:
-            off = np.abs(np.swapaxes(rotation, 1, 2) @ rotation - np.eye(3)).max(axis=(1, 2))
-            wrong = (off > _ORTHONORMAL_TOLERANCE) | (np.linalg.det(rotation) < 0)
+            stacked = rotation.reshape(len(time_s), -1, 3, 3)
+            off = np.abs(np.swapaxes(stacked, 2, 3) @ stacked - np.eye(3)).max(axis=(1, 2, 3))
+            mirrored = (np.linalg.det(stacked) < 0).any(axis=1)
+            wrong = (off > _ORTHONORMAL_TOLERANCE) | mirrored
             if wrong.any():
                 index = int(np.argmax(wrong))
                 raise TrajectoryError(
@@ -83,15 +86,41 @@ class HandPath:
         path._check_continuous()
         return path
 
+    @classmethod
+    def recorded(cls, chain: TaskChain, q: Array, time_s: Array, task: Task) -> "HandPath":
+        """Returns the path on which recorded postures took the led tips of a chain.
+
+        Args:
+            chain: The chain.
+            q: ``(T, n)`` rad.
+            time_s: ``(T,)`` s.
+            task: Whether the orientation belongs to the path.
+        """
+        position, rotation, _ = chain.forward_and_jacobian(q)
+        if rotation.ndim == 4:
+            held = held_tips(chain)
+            position, rotation = position.reshape(len(q), -1, 3)[:, held:], rotation[:, held:]
+            if position.shape[1] == 1:
+                position, rotation = position[:, 0], rotation[:, 0]
+        return cls(time_s, position, rotation if task == "pose" else None)
+
+    @property
+    def hands(self) -> int:
+        """How many hands are led."""
+        return 1 if self.position.ndim == 2 else self.position.shape[1]
+
     def _lengths(self) -> tuple[Array, Array]:
-        moved = np.linalg.norm(np.diff(self.position, axis=0), axis=1)
-        if self.rotation is None:
-            return moved, np.zeros_like(moved)
-        return moved, np.linalg.norm(self._turns(), axis=1)
+        """Returns how far the hand that goes furthest moves and turns, ``(T - 1,)`` each."""
+        moved = np.linalg.norm(np.diff(self.position, axis=0), axis=-1)
+        turned = np.zeros_like(moved)
+        if self.rotation is not None:
+            turned = np.linalg.norm(self._turns(), axis=-1)
+        steps = len(moved)
+        return moved.reshape(steps, -1).max(axis=1), turned.reshape(steps, -1).max(axis=1)
 
     def _turns(self) -> Array:
         assert self.rotation is not None
-        relative = self.rotation[1:] @ np.swapaxes(self.rotation[:-1], 1, 2)
+        relative = self.rotation[1:] @ np.swapaxes(self.rotation[:-1], -1, -2)
         return matrix_to_rotation_vector(relative)
 
     def _check_continuous(self) -> None:
@@ -145,9 +174,10 @@ class HandPath:
 
         rotation = None
         if self.rotation is not None:
-            turns = rotation_vector_to_matrix(self._turns()[:, None] * share[:, None])
-            inner = turns @ self.rotation[:-1, None]
-            rotation = np.concatenate([self.rotation[:1], inner.reshape(-1, 3, 3)])
+            vectors = self._turns()[:, None] * share.reshape(-1, *[1] * (self.rotation.ndim - 2))
+            inner = rotation_vector_to_matrix(vectors) @ self.rotation[:-1, None]
+            shape = self.rotation.shape[1:]
+            rotation = np.concatenate([self.rotation[:1], inner.reshape(-1, *shape)])
         return HandPath(between(self.time_s), between(self.position), rotation)
 
 

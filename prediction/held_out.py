@@ -114,12 +114,10 @@ def recorded_paths(
     chain: TaskChain, demonstrations: Demonstrations, stretches: Stretches, task: Task
 ) -> list[HandPath]:
     """Returns the recorded hand paths of the stretches (all joints in ``demonstrations``)."""
-    paths = []
-    for index in stretches.index:
-        position, rotation, _ = chain.forward_and_jacobian(demonstrations.q[index])
-        time_s = demonstrations.time_s[index]
-        paths.append(HandPath(time_s, position, rotation if task == "pose" else None))
-    return paths
+    return [
+        HandPath.recorded(chain, demonstrations.q[index], demonstrations.time_s[index], task)
+        for index in stretches.index
+    ]
 
 
 @dataclass(frozen=True, slots=True)

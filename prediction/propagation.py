@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.chain import ReducedChain
+from prediction.chain import ReducedChain, held_tips
 from prediction.familiarity import widening
 from prediction.hand_path import HandPath, orientation_error
 from prediction.joint_limits import TOLERANCE_RAD, settle
@@ -34,8 +34,8 @@ class Propagation:
 
     Attributes:
         q: All joints, ``(C, 1 + S, T, n)``.
-        hand_error_m: ``(C, 1 + S, T)``.
-        hand_error_rad: ``(C, 1 + S, T)``.
+        hand_error_m: Of the tip, led or held, that is furthest off, ``(C, 1 + S, T)``.
+        hand_error_rad: The same of orientation, ``(C, 1 + S, T)``.
         familiarity: ``(C, T)``.
         followed: ``(C, 1 + S, T)``.
         travelled: Task distance of the central path, ``(C, T)``.
@@ -72,29 +72,24 @@ def propagate(
     Returns:
         The roll-outs. Nothing is raised for a hand that cannot follow: ``followed`` says so.
     """
-    state = _State(follower, paths, q0, draws.shape[0])
+    state = _State(follower, q0, draws.shape[0])
     substeps = max(path.substeps() for path in paths)
     fine = [path.refined(substeps) for path in paths]
-    positions = np.stack([p.position for p in fine])
-    rotations = None
-    if follower.task == "pose":
-        rotations = np.stack([p.rotation for p in fine if p.rotation is not None])
+    targets = state.targets(fine)
     times = np.stack([p.time_s for p in fine])
     count, samples, points = len(paths), draws.shape[0], len(paths[0].time_s)
     offsets = np.zeros((points, count, samples + 1, 6))
     if robot is not None:
         offsets[:, :, 1:] = np.moveaxis(np.broadcast_to(robot, (count, samples, points, 6)), 2, 0)
     out = _Record.empty(count, samples + 1, points, len(follower.reduction.names))
-    state.correct_start(positions[:, 0], None if rotations is None else rotations[:, 0])
+    state.correct_start(targets.at(0))
     state.store(out, 0)
     deviation = np.zeros((count, samples + 1, len(follower.reduction.kept)))
     for point in range(1, points):
         familiarity = out.familiarity[:, point - 1]
         change = np.zeros_like(deviation)
         end = point * substeps
-        step = state.central_step(
-            positions[:, end], None if rotations is None else rotations[:, end]
-        )
+        step = state.central_step(targets.at(end))
         if follower.band is not None:
             du = follower.band.travelled(step, state.central_jacobian())
             out.travelled[:, point] = out.travelled[:, point - 1] + du
@@ -109,7 +104,7 @@ def propagate(
             index = (point - 1) * substeps + sub
             share = sub / substeps
             offset = (1 - share) * offsets[point - 1] + share * offsets[point]
-            target = positions[:, index], None if rotations is None else rotations[:, index]
+            target = targets.at(index)
             dt = times[:, index] - times[:, index - 1]
             white = draws[:, point] if noise == "white" and sub == 1 else None
             state.advance(target, offset, dt, change / substeps, white, substeps)
@@ -117,6 +112,46 @@ def propagate(
     return Propagation(
         out.q, out.error_m, out.error_rad, out.familiarity, out.followed, out.travelled
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Targets:
+    """Where all tips must be: the held ones where they start, the led ones along the paths.
+
+    Attributes:
+        position: ``(C, T, p)`` m.
+        rotation: ``(C, T, t, 3, 3)`` of the tips whose orientation is the task's.
+        held: How many tips are held.
+    """
+
+    position: Array
+    rotation: Array
+    held: int
+
+    def at(self, index: int) -> "_Targets":
+        """Returns the targets at one point, as ``(C, p)`` and ``(C, t, 3, 3)``."""
+        return _Targets(self.position[:, index], self.rotation[:, index], self.held)
+
+    def moved(self, offset: Array) -> "_Targets":
+        """Returns the led tips' targets, ``(..., p)``, moved by the robot's error ``(..., 6)``.
+
+        One robot leads them, so several are moved as one body, turning about their middle.
+        """
+        # A planar arm has two coordinates and one tip.
+        size = min(3, self.position.shape[-1])
+        position = self.position.reshape(*self.position.shape[:-1], -1, size)
+        turn = _small_rotation(offset[..., 3:])[..., None, :, :]
+        led = position[..., self.held :, :]
+        if led.shape[-2] > 1:
+            middle = led.mean(axis=-2, keepdims=True)
+            led = middle + (turn @ (led - middle)[..., None])[..., 0]
+        led = led + offset[..., None, :size]
+        rotation = self.rotation
+        if rotation.shape[-3] > self.held:
+            kept = rotation[..., : self.held, :, :]
+            rotation = np.concatenate([kept, turn @ rotation[..., self.held :, :, :]], axis=-3)
+        position = np.concatenate([position[..., : self.held, :], led], axis=-2)
+        return _Targets(position.reshape(self.position.shape), rotation, self.held)
 
 
 @dataclass(slots=True)
@@ -142,13 +177,11 @@ class _Record:
 
 
 class _State:
-    """Postures of all rows and the hand poses and Jacobians that belong to them."""
+    """Postures of all rows and the poses and Jacobians of the tips that belong to them."""
 
-    def __init__(
-        self, follower: "Follower", paths: list[HandPath], q0: Array, samples: int
-    ) -> None:
+    def __init__(self, follower: "Follower", q0: Array, samples: int) -> None:
         self.follower = follower
-        self.count, self.rows = len(paths), samples + 1
+        self.count, self.rows = len(q0), samples + 1
         rows = np.repeat(q0[:, None], self.rows, axis=1).reshape(-1, q0.shape[1])
         reduction = follower.reduction
         self.chain = ReducedChain(follower.chain, reduction, rows, follower.task)
@@ -156,63 +189,68 @@ class _State:
         self.anchor = rows
         self.offset = rows - self.q @ reduction.expansion.T
         self.limits = follower.limits.widened_to(rows)
-        self.linear = paths[0].position.shape[1]
-        self.target_position = np.empty((0, self.linear))
-        self.target_rotation: Array | None = None
         self.followed = np.ones(len(self.q), dtype=np.bool_)
         self.previous = self.q
         self._evaluate()
+        self.linear = self.position.shape[1]
+        self.target_position, self.target_rotation = self.position, self.rotation
 
     def _evaluate(self) -> None:
         self.weights = self.follower.predictor.weights_at(self.q)
         self.position, self.rotation, self.jacobian = self.chain.forward_and_jacobian(self.q)
 
-    def _aim(self, target: tuple[Array, Array | None], offset: Array | None) -> None:
-        position, rotation = target
+    def _central(self, values: Array) -> Array:
+        return np.asarray(values.reshape(self.count, self.rows, *values.shape[1:])[:, 0])
+
+    def targets(self, paths: list[HandPath]) -> _Targets:
+        """Returns the targets of all tips on the paths; held ones stay where they are now."""
+        held, points = held_tips(self.follower.chain), len(paths[0].time_s)
+        shape = (self.count, points)
+        still = self._central(self.position)[:, None, : 3 * held]
+        led = np.stack([path.position.reshape(points, -1) for path in paths])
+        position = np.concatenate([np.broadcast_to(still, (*shape, 3 * held)), led], axis=2)
+        unturned = self._central(self.rotation)[:, None, :held]
+        rotation = np.broadcast_to(unturned, (*shape, held, 3, 3))
+        if self.follower.task == "pose":
+            turned = [p.rotation.reshape(points, -1, 3, 3) for p in paths if p.rotation is not None]
+            rotation = np.concatenate([rotation, np.stack(turned)], axis=2)
+        return _Targets(position, rotation, held)
+
+    def _aim(self, target: _Targets, offset: Array | None) -> None:
         shape = (self.count, self.rows)
-        aimed = np.broadcast_to(position[:, None], (*shape, self.linear))
-        turned = None
-        if rotation is not None:
-            turned = np.broadcast_to(rotation[:, None], (*shape, 3, 3))
+        aimed = _Targets(
+            np.broadcast_to(target.position[:, None], (*shape, self.linear)),
+            np.broadcast_to(target.rotation[:, None], (*shape, *target.rotation.shape[1:])),
+            target.held,
+        )
         if offset is not None and offset.any():
-            aimed = aimed + offset[..., : self.linear]
-            if turned is not None:
-                turned = _small_rotation(offset[..., 3:]) @ turned
-        self.target_position = aimed.reshape(-1, self.linear)
-        self.target_rotation = None if turned is None else turned.reshape(-1, 3, 3)
+            aimed = aimed.moved(offset)
+        self.target_position = aimed.position.reshape(-1, self.linear)
+        self.target_rotation = aimed.rotation.reshape(len(self.q), *target.rotation.shape[1:])
 
     def _residual(self, position: Array, rotation: Array, rows: NDArray[np.int64] | slice) -> Array:
         error = self.target_position[rows] - position
-        if self.target_rotation is None:
-            return error
-        turn = orientation_error(self.target_rotation[rows], rotation)
-        return np.concatenate([error, turn], axis=-1)
+        return _with_turn(error, self.target_rotation[rows], rotation)
 
     def _all(self) -> Array:
         return self._residual(self.position, self.rotation, slice(None))
 
     def central_jacobian(self) -> Array:
-        return np.asarray(
-            self.jacobian.reshape(self.count, self.rows, *self.jacobian.shape[1:])[:, 0]
-        )
+        return self._central(self.jacobian)
 
-    def central_step(self, position: Array, rotation: Array | None) -> Array:
+    def central_step(self, target: _Targets) -> Array:
         """Returns the displacement from the central hands to a target, ``(C, m)``."""
-        shape = (self.count, self.rows)
-        error = position - self.position.reshape(*shape, -1)[:, 0]
-        if rotation is None:
-            return error
-        turn = orientation_error(rotation, self.rotation.reshape(*shape, 3, 3)[:, 0])
-        return np.concatenate([error, turn], axis=-1)
+        error = target.position - self._central(self.position)
+        return _with_turn(error, target.rotation, self._central(self.rotation))
 
-    def correct_start(self, position: Array, rotation: Array | None) -> None:
+    def correct_start(self, target: _Targets) -> None:
         """Brings hands that are nearly at the first point onto it."""
-        self._aim((position, rotation), None)
+        self._aim(target, None)
         self._settle()
 
     def advance(
         self,
-        target: tuple[Array, Array | None],
+        target: _Targets,
         offset: Array,
         dt: Array,
         change: Array,
@@ -316,12 +354,27 @@ class _State:
         shape = (self.count, self.rows)
         error = self._all()
         out.q[:, :, point] = self.chain.expand(self.q).reshape(*shape, -1)
-        distance = np.linalg.norm(error[:, : self.linear], axis=1)
-        out.error_m[:, :, point] = distance.reshape(shape)
-        out.error_rad[:, :, point] = np.linalg.norm(error[:, self.linear :], axis=1).reshape(shape)
+        out.error_m[:, :, point] = _furthest(error[:, : self.linear]).reshape(shape)
+        out.error_rad[:, :, point] = _furthest(error[:, self.linear :]).reshape(shape)
         out.followed[:, :, point] = self.followed.reshape(shape)
         central = self.q.reshape(*shape, -1)[:, 0]
         out.familiarity[:, point] = self.follower.familiarity.relative(central)
+
+
+def _with_turn(error: Array, target: Array, rotation: Array) -> Array:
+    """Adds what orientations ``(B, t, 3, 3)`` lack to position errors, as ``(B, p + 3 t)``."""
+    if target.shape[1] == 0:
+        return error
+    turn = orientation_error(target, rotation)
+    return np.concatenate([error, turn.reshape(len(error), -1)], axis=1)
+
+
+def _furthest(error: Array) -> Array:
+    """Returns the length of the longest of the tips' errors, ``(B,)``."""
+    if error.shape[1] == 0:
+        return np.zeros(len(error))
+    tips = error.reshape(len(error), -1, min(3, error.shape[1]))
+    return np.asarray(np.linalg.norm(tips, axis=2).max(axis=1))
 
 
 def _small_rotation(vector: Array) -> Array:

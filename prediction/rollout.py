@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.chain import JointReduction, Task, TaskChain
+from prediction.chain import JointReduction, Task, TaskChain, held_tips
 from prediction.errors import (
     StartMismatchError,
     TrajectoryError,
@@ -41,7 +41,7 @@ class HandNoise:
 
     Attributes:
         position_m: Per axis, m.
-        orientation_rad: About each axis, rad.
+        orientation_rad: About each axis, rad; several hands turn about their middle, as one body.
     """
 
     position_m: float = 0.0
@@ -58,8 +58,8 @@ class Rollout:
         q: Samples, ``(S, T, n)`` rad.
         central: The path without deviation, ``(T, n)`` rad.
         hand_error_m: Distance of each sample's hand from where it was led (robot error included in
-            the target), ``(S, T)`` m.
-        hand_error_rad: The same for orientation, ``(S, T)``; zero if the task is the position.
+            the target), ``(S, T)`` m; of several tips, led or held, that of the furthest.
+        hand_error_rad: The same for orientation, ``(S, T)``; zero if no tip's is the task.
         familiarity: How well the demonstrations cover the central posture, ``(T,)`` in [0, 1].
         followed: Samples whose hand stayed on the path within limits, ``(S, T)``; False marks
             postures that should not be scored.
@@ -187,7 +187,7 @@ class Follower:
             starts = np.broadcast_to(q0, (len(group), size))
             run = propagate(self, padded, starts, draws, robot=offsets, noise=noise)
             for row, index in enumerate(group):
-                out[index] = self._outcome(run, row, paths[index])
+                out[index] = self._outcome(run, row, paths[index], q0)
         return [outcome for outcome in out if outcome is not None]
 
     def _groups(
@@ -204,15 +204,15 @@ class Follower:
             groups += [indices[k : k + size] for k in range(0, len(indices), size)]
         return groups
 
-    def _outcome(self, run: Propagation, row: int, path: HandPath) -> Rollout | TrajectoryError:
+    def _outcome(
+        self, run: Propagation, row: int, path: HandPath, q0: Array
+    ) -> Rollout | TrajectoryError:
         points = len(path.time_s)
         reached = run.followed[row, 0, :points]
         if not reached.all():
             index = int(np.argmin(reached))
-            angle = np.degrees(run.hand_error_rad[row, 0, index])
-            return UnreachableTrajectoryError(
-                index, float(run.hand_error_m[row, 0, index]), float(angle)
-            )
+            tip, distance, angle = self._worst_tip(path, index, run.q[row, 0, index], q0)
+            return UnreachableTrajectoryError(index, distance, np.degrees(angle), tip)
         return Rollout(
             joint_names=self.reduction.names,
             time_s=path.time_s,
@@ -229,14 +229,39 @@ class Follower:
             return TrajectoryError(
                 "the task is the pose of the hand but the path has no orientation"
             )
-        position, rotation, _ = self.chain.forward_and_jacobian(q0)
-        distance = float(np.linalg.norm(path.position[0] - position))
-        angle = 0.0
-        if self.task == "pose" and path.rotation is not None:
-            angle = float(np.linalg.norm(orientation_error(path.rotation[0], rotation)))
+        start = HandPath.recorded(self.chain, q0[None], path.time_s[:1], self.task)
+        if path.position.shape[1:] != start.position.shape[1:]:
+            return TrajectoryError(
+                f"the chain leads {start.hands} of the hands and the path has positions of shape "
+                f"{path.position.shape}: expected {(len(path.time_s), *start.position.shape[1:])}"
+            )
+        tip, distance, angle = self._worst_tip(path, 0, q0, q0)
         if distance > START_M or np.degrees(angle) > START_DEG:
-            return StartMismatchError(distance, float(np.degrees(angle)), START_M, START_DEG)
+            return StartMismatchError(distance, float(np.degrees(angle)), START_M, START_DEG, tip)
         return None
+
+    def _worst_tip(
+        self, path: HandPath, index: int, q: Array, q0: Array
+    ) -> tuple[str | None, float, float]:
+        """Returns which tip is furthest off at a point of a path, and by how much, m and rad.
+
+        The name is None where there is one tip only.
+        """
+        position, rotation, _ = self.chain.forward_and_jacobian(np.stack([q, q0]))
+        size, held = min(3, position.shape[1]), held_tips(self.chain)
+        position = position.reshape(2, -1, size)
+        target = np.concatenate([position[1, :held], path.position[index].reshape(-1, size)])
+        distance = np.linalg.norm(target - position[0], axis=1)
+        angle = np.zeros(len(distance))
+        if self.task == "pose" and path.rotation is not None:
+            turned = rotation.reshape(2, -1, 3, 3)
+            wanted = np.concatenate([turned[1, :held], path.rotation[index].reshape(-1, 3, 3)])
+            angle = np.linalg.norm(orientation_error(wanted, turned[0]), axis=1)
+        # A turn of START_DEG counts as much as a distance of START_M.
+        worst = int(np.argmax(distance / START_M + np.degrees(angle) / START_DEG))
+        names: Sequence[str] = getattr(self.chain, "tips", ())
+        name = names[worst] if len(names) > 1 else None
+        return name, float(distance[worst]), float(angle[worst])
 
 
 def _robot_error(normal: Array, path: HandPath, hand: HandNoise, noise: Noise) -> Array | None:
