@@ -15,6 +15,7 @@ from human import Chain
 from human.threads import single_threaded
 from prediction.chain import TASKS, Task, TaskChain
 from prediction.choice import Choice, choose_method
+from prediction.demonstration_check import check_demonstrations
 from prediction.demonstrations import Demonstrations, find_reduction
 from prediction.familiarity import Familiarity
 from prediction.held_out import calibrate
@@ -127,6 +128,7 @@ def train_operator(
     reduction = find_reduction(demonstrations)
     learned = demonstrations.reduced(reduction)
     learned.check_enough()
+    findings = check_demonstrations(chain, demonstrations)
     limits = JointLimits(reduction.expansion, chain.lower, chain.upper)
     limits = limits.widened_to(demonstrations.q)
     q = demonstrations.q
@@ -174,6 +176,7 @@ def train_operator(
             "chosen_by": chosen.reason,
             "samples": len(demonstrations),
             "takes": len(samples.takes),
+            "findings": list(findings),
             "duration_s": sum(take.duration_s for take in samples.takes),
             "versions": _versions(),
         },
