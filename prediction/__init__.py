@@ -40,6 +40,7 @@ from prediction.held_out import Stretches, run_held_out
 from prediction.joint_limits import JointLimits
 from prediction.joint_process import CcGp, Gp
 from prediction.kept_samples import KeptSamples, KeptTake, TakeSource
+from prediction.led_chain import BASES, HANDS, Base, Hand, led_chain
 from prediction.locov_ik import LoCovIk
 from prediction.memory import NullSpaceMemory
 from prediction.methods import BASELINES, METHODS
@@ -66,8 +67,11 @@ from prediction.training_options import TrainingOptions
 
 __all__ = [
     "BASELINES",
+    "BASES",
+    "HANDS",
     "METHODS",
     "PAPERS_WAY",
+    "Base",
     "CcGp",
     "CovIk",
     "DemonstrationError",
@@ -77,6 +81,7 @@ __all__ = [
     "FittedMethod",
     "Follower",
     "Gp",
+    "Hand",
     "HandNoise",
     "HandPath",
     "JointLimits",
@@ -127,6 +132,7 @@ __all__ = [
     "find_reduction",
     "generic_operator",
     "join",
+    "led_chain",
     "load_model",
     "model_bytes",
     "model_from_bytes",

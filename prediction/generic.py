@@ -68,7 +68,7 @@ def generic_operator(
         familiarity=Familiarity(np.empty((0, len(names))), 1.0, 1.0, 1.0),
         demonstrated=np.stack([at_ease, at_ease]),
         skeleton=Skeleton.of(chain),
-        linear_rows=3,
+        linear_rows=3 * len(chain.tips),
         seed=0,
         data_digest=hashlib.sha256(b"").hexdigest(),
         metrics={"demonstrations": "none"},

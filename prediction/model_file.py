@@ -27,6 +27,7 @@ from prediction.chain import TASKS, JointReduction, Task
 from prediction.errors import ModelFileError, PredictionError
 from prediction.familiarity import Familiarity
 from prediction.kept_samples import KeptSamples, KeptTake
+from prediction.memory import NullSpaceMemory
 from prediction.methods import method_class
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
 from prediction.posture_band import PostureBand
@@ -63,6 +64,8 @@ def model_bytes(model: OperatorModel) -> bytes:
                 "task": task,
                 "values": values,
                 "band_length": fitted.band.length,
+                "band_clock": fitted.band.clock,
+                "memory": None if fitted.memory is None else asdict(fitted.memory),
                 "metrics": dict(fitted.metrics),
             }
         )
@@ -102,8 +105,9 @@ def model_bytes(model: OperatorModel) -> bytes:
                 "sex": subject.sex,
             },
             "joint_names": list(model.skeleton.joint_names),
-            "tip": model.skeleton.tip,
+            "led": list(model.skeleton.led),
             "base": model.skeleton.base,
+            "held": list(model.skeleton.held),
         }
     text = json.dumps(header, sort_keys=True, allow_nan=False, default=_plain)
     contiguous = {k: np.ascontiguousarray(v, dtype=np.float64) for k, v in tensors.items()}
@@ -245,8 +249,13 @@ def _assemble(header: Mapping[str, Any], tensors: Mapping[str, Array]) -> Operat
         moment = tensors[prefix + "band/rate_moment"]
         _shape("band/factor", factor, (len(kept), len(kept)))
         _shape("band/rate_moment", moment, (len(kept), len(kept)))
-        band = PostureBand(factor, _positive(entry["band_length"]), moment)
-        methods[entry["name"], task] = FittedMethod(predictor, band, entry["metrics"])
+        clock = float(entry.get("band_clock", 0.0))
+        if not 0.0 <= clock <= 1.0:
+            raise ValueError(f"band_clock {clock}")
+        band = PostureBand(factor, _positive(entry["band_length"]), moment, clock)
+        memory = entry.get("memory")
+        memory = None if memory is None else NullSpaceMemory(**memory)
+        methods[entry["name"], task] = FittedMethod(predictor, band, entry["metrics"], memory)
     if not any(name == header["method"] for name, _ in methods):
         raise ValueError(f"chosen method {header['method']!r} is not in the file")
     cover = header["familiarity"]
@@ -261,8 +270,9 @@ def _assemble(header: Mapping[str, Any], tensors: Mapping[str, Array]) -> Operat
             Subject(**body["subject"]),
             joints,
             tensors["skeleton/offsets"],
-            body["tip"],
-            body["base"],
+            tuple(str(tip) for tip in body["led"]),
+            str(body["base"]),
+            tuple(str(tip) for tip in body["held"]),
         )
     model = OperatorModel(
         methods=methods,

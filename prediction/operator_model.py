@@ -15,6 +15,8 @@ from prediction.familiarity import Familiarity
 from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
 from prediction.kept_samples import KeptSamples
+from prediction.led_chain import Base, Hand, base_of, hand_of
+from prediction.memory import NullSpaceMemory
 from prediction.posture_band import PostureBand
 from prediction.predictor import Predictor
 from prediction.propagation import Noise
@@ -31,15 +33,17 @@ class Skeleton:
         subject: Height, mass, sex.
         joint_names: Joints whose offsets are given.
         offsets: Joint centres in the parent segment's axes at the T-pose, ``(joints, 3)`` m.
-        tip: Frame of the led hand.
+        led: Frames of the led hands.
         base: Segment the chain starts from.
+        held: Further tips of the chain, kept in place.
     """
 
     subject: Subject
     joint_names: tuple[str, ...]
     offsets: Array
-    tip: str = "RightHandCOM"
+    led: tuple[str, ...] = ("RightHandCOM",)
     base: str = "Pelvis"
+    held: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, chain: Chain) -> "Skeleton":
@@ -54,7 +58,8 @@ class Skeleton:
                 "the human model has no subject (height, mass, sex): generate it from one, so that "
                 "the operator model can build it again"
             )
-        return cls(model.subject, model.joint_names, np.array(model.offsets), chain.tip, chain.base)
+        offsets = np.array(model.offsets)
+        return cls(model.subject, model.joint_names, offsets, chain.led, chain.base, chain.held)
 
     def human_model(self) -> HumanModel:
         """Builds the person."""
@@ -64,9 +69,14 @@ class Skeleton:
         return scale_model(self.subject, offsets)
 
     @property
-    def hand(self) -> str:
-        """``right`` or ``left``."""
-        return "left" if self.tip.startswith("Left") else "right"
+    def hand(self) -> Hand:
+        """The led hand: ``right``, ``left`` or ``both``."""
+        return hand_of(self.led)
+
+    @property
+    def fixed(self) -> Base:
+        """What stays where it is: ``pelvis`` or ``feet``."""
+        return base_of(self.base)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +87,13 @@ class FittedMethod:
         predictor: On the learned joints.
         band: Coherent deviation.
         metrics: Figures of its calibration.
+        memory: What a measured step before tells of the next; None if nothing.
     """
 
     predictor: Predictor
     band: PostureBand
     metrics: Mapping[str, float | None]
+    memory: NullSpaceMemory | None = None
 
 
 @dataclass(frozen=True)
@@ -150,10 +162,10 @@ class OperatorModel:
 
     @cached_property
     def chain(self) -> Chain:
-        """The chain from the pelvis to the led hand."""
+        """The chain from what stays where it is to the led hand, or both."""
         model = self.human_model
         assert self.skeleton is not None
-        return Chain(model, tip=self.skeleton.tip, base=self.skeleton.base)
+        return Chain(model, self.skeleton.led, self.skeleton.base, self.skeleton.held)
 
     def fitted(self, method: str | None = None, task: Task = "pose") -> FittedMethod:
         """Returns a fitted method.
@@ -207,8 +219,10 @@ class OperatorModel:
         """Predicts the postures along a hand path.
 
         Args:
-            target_position: ``(T, 3)`` m, base (pelvis) axes.
-            target_rotation: ``(T, 3, 3)`` base axes, or None: the task is then the position alone.
+            target_position: ``(T, 3)`` m, axes of the chain's base (the pelvis, or the foot that
+                `led_chain` says); ``(T, 2, 3)``, right hand first, if both are led.
+            target_rotation: ``(T, 3, 3)`` or ``(T, 2, 3, 3)``, base axes, or None: the task is then
+                the position alone.
             time_s: ``(T,)`` s.
             q0: Start posture, ``(n,)`` rad, joints as in `joint_names`.
             samples: Sampled paths S.

@@ -291,7 +291,7 @@ def test_a_person_is_followed_by_pose_and_by_position(person):
 
 
 def test_a_model_whose_joints_are_not_its_skeletons_is_refused(person):
-    data = rewritten(model_bytes(person[2]), lambda h: h["skeleton"].update(tip="LeftHandCOM"))
+    data = rewritten(model_bytes(person[2]), lambda h: h["skeleton"].update(led=["LeftHandCOM"]))
     with pytest.raises(ModelFileError, match="skeleton"):
         model_from_bytes(data)
 
