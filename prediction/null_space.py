@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.small_systems import solve_lower, solve_spd, upper_cholesky
+from prediction.small_systems import Cholesky, solve_spd
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,11 @@ def weighted_rows(weights: Array, jacobian: Array) -> Array:
     Returns:
         ``(..., m, n)``.
     """
-    return jacobian * weights if weights.ndim == 1 else jacobian @ weights
+    if weights.ndim == 1:
+        return jacobian * weights
+    if weights.ndim == 2:  # one product for the whole batch, not one a posture
+        return np.asarray((jacobian.reshape(-1, len(weights)) @ weights).reshape(jacobian.shape))
+    return jacobian @ weights
 
 
 def of_rows(weights: Array, rows: NDArray[np.int64]) -> Array:
@@ -68,8 +72,7 @@ def row_space(jacobian: Array) -> Array:
     Returns:
         ``(..., m, n)``.
     """
-    factor = upper_cholesky(jacobian @ np.swapaxes(jacobian, -1, -2))
-    return solve_lower(np.swapaxes(factor, -1, -2), jacobian)
+    return Cholesky.of(jacobian @ np.swapaxes(jacobian, -1, -2)).whiten(jacobian)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,14 +126,15 @@ class NullSpaceBasis:
     def frame(self, jacobian: Array) -> "NullSpaceFrame":
         """Returns the basis at the postures of ``jacobian`` ``(..., m, n)``.
 
-        Derived here: with ``H = J R_ref'``, ``G = J J'``, ``H' G^-1 H`` is the overlap of the two
-        row spaces, so its Cholesky factor is C and the aligned rows are ``C^-T H' G^-1 J``.
+        Derived here: with ``J J' = L L'`` and ``A = L^-1 J R_ref'``, ``A' A`` is the overlap of the
+        two row spaces, so its Cholesky factor is C and the aligned rows are ``C^-T A' L^-1 J``.
         """
-        onto = jacobian @ self.rows.T
-        dual = solve_spd(jacobian @ np.swapaxes(jacobian, -1, -2), onto)
-        factor = upper_cholesky(np.swapaxes(onto, -1, -2) @ dual)
-        mix = solve_lower(np.swapaxes(factor, -1, -2), np.swapaxes(dual, -1, -2))
-        return NullSpaceFrame(self, jacobian, mix @ jacobian, factor)
+        shape = (*jacobian.shape[:-1], self.rows.shape[0])
+        onto = (jacobian.reshape(-1, jacobian.shape[-1]) @ self.rows.T).reshape(shape)
+        root = Cholesky.of(jacobian @ np.swapaxes(jacobian, -1, -2))
+        white = root.whiten(onto)
+        overlap = Cholesky.of(np.swapaxes(white, -1, -2) @ white)
+        return NullSpaceFrame(self, jacobian, root, white, overlap)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,50 +144,61 @@ class NullSpaceFrame:
     Attributes:
         basis: Reference.
         jacobian: ``(..., m, n)``.
-        rows: Aligned orthonormal rows R, ``(..., m, n)``.
-        overlap: Upper triangular ``C = R R_ref'``, ``(..., m, m)``.
+        root: ``L L' = J J'``.
+        white: ``A = L^-1 J R_ref'``, ``(..., m, m)``.
+        overlap: ``C' C = A' A``, with ``C = R R_ref'`` upper triangular.
     """
 
     basis: NullSpaceBasis
     jacobian: Array
-    rows: Array
-    overlap: Array
+    root: Cholesky
+    white: Array
+    overlap: Cholesky
 
     @property
     def log_volume(self) -> Array:
         """``log det(J J') / 2``, ``(...)``."""
-        gram = self.jacobian @ np.swapaxes(self.jacobian, -1, -2)
-        return np.asarray(0.5 * np.linalg.slogdet(gram)[1])
+        return self.root.half_log_det
+
+    @property
+    def rows(self) -> Array:
+        """Aligned orthonormal rows R, ``(..., m, n)``."""
+        white = np.swapaxes(self.white, -1, -2) @ self.root.whiten(self.jacobian)
+        return self.overlap.whiten(white)
 
     def compose(self, y: Array) -> Array:
         """Returns the joint velocity ``V y``, ``(..., n)``, of coordinates ``(..., k)``."""
         flat = y @ self.basis.null.T
-        inner = np.einsum("...mn,...n->...m", self.rows, flat)
-        reduced = np.linalg.solve(self._shifted(), inner[..., None])[..., 0]
-        turned = np.einsum("...mn,...m->...n", self.rows, reduced)
-        return np.asarray(flat - turned - reduced @ self.basis.rows)
+        reduced = self.overlap.shifted().unwhiten(self._onto_rows(flat))
+        turned = self._of_rows(reduced)
+        return np.asarray(flat - turned - reduced[..., 0] @ self.basis.rows)
 
     def coordinates(self, velocity: Array) -> Array:
         """Returns ``V' v`` ``(..., k)`` of joint velocities ``(..., n)``."""
-        both = np.einsum("...mn,...n->...m", self.rows, velocity) + velocity @ self.basis.rows.T
-        reduced = solve_lower(np.swapaxes(self._shifted(), -1, -2), both[..., None])[..., 0]
-        turned = np.einsum("...mn,...m->...n", self.rows, reduced)
+        both = self._onto_rows(velocity) + (velocity @ self.basis.rows.T)[..., None]
+        turned = self._of_rows(self.overlap.shifted().whiten(both))
         return np.asarray((velocity - turned) @ self.basis.null)
 
     def matrix(self) -> Array:
         """Returns ``V`` itself, ``(..., n, k)``."""
-        inner = self.rows @ self.basis.null
-        reduced = np.linalg.solve(self._shifted(), inner)
-        both = self.rows + self.basis.rows
-        return self.basis.null - np.swapaxes(both, -1, -2) @ reduced
+        rows = self.rows
+        reduced = self.overlap.shifted().unwhiten(rows @ self.basis.null)
+        return self.basis.null - np.swapaxes(rows + self.basis.rows, -1, -2) @ reduced
 
     def alignment(self) -> Array:
         """Returns the least cosine between this null space and the reference, ``(...)``.
 
         Near 0 the two are orthogonal in some direction and the basis may turn quickly.
         """
-        values = np.linalg.svd(self.overlap, compute_uv=False)
+        values = np.linalg.svd(self.overlap.upper(), compute_uv=False)
         return np.asarray(values[..., -1], dtype=np.float64)
 
-    def _shifted(self) -> Array:
-        return self.overlap + np.eye(self.overlap.shape[-1])
+    def _onto_rows(self, velocity: Array) -> Array:
+        """Returns ``R v``, ``(..., m, 1)``, without working out R."""
+        white = self.root.whiten(self.jacobian @ velocity[..., None])
+        return self.overlap.whiten(np.swapaxes(self.white, -1, -2) @ white)
+
+    def _of_rows(self, reduced: Array) -> Array:
+        """Returns ``R' x``, ``(..., n)``, of ``(..., m, 1)``, without working out R."""
+        multiplier = self.root.unwhiten(self.white @ self.overlap.unwhiten(reduced))
+        return np.asarray((np.swapaxes(multiplier, -1, -2) @ self.jacobian)[..., 0, :])

@@ -7,7 +7,7 @@ from prediction.null_space import (
     weighted_pseudo_inverse,
     weighted_solution,
 )
-from prediction.small_systems import solve_lower, solve_spd, upper_cholesky
+from prediction.small_systems import Cholesky, solve_spd
 
 
 def smooth_jacobians(rng, count=40, task=3, joints=7):
@@ -99,17 +99,27 @@ def test_log_volume_is_that_of_the_row_space(rng):
     )
 
 
-def test_small_systems_solve_and_bound_what_is_singular(rng):
-    root = rng.normal(size=(6, 4, 4))
-    A = root @ np.swapaxes(root, 1, 2) + 0.1 * np.eye(4)
-    b = rng.normal(size=(6, 4, 2))
-    np.testing.assert_allclose(A @ solve_spd(A, b), b, atol=1e-10)
-    C = upper_cholesky(A)
-    np.testing.assert_allclose(np.swapaxes(C, 1, 2) @ C, A, atol=1e-12)
+@pytest.mark.parametrize(("kind", "close"), [(np.float64, 1e-10), (np.float32, 1e-3)])
+def test_small_systems_solve_and_bound_what_is_singular(rng, kind, close):
+    root = rng.normal(size=(2, 3, 4, 4))
+    A = (root @ np.swapaxes(root, -1, -2) + 0.1 * np.eye(4)).astype(kind)
+    b = rng.normal(size=(2, 3, 4, 2)).astype(kind)
+    factor = Cholesky.of(A)
+    C = factor.upper()
+    np.testing.assert_allclose(np.swapaxes(C, -1, -2) @ C, A, atol=close)
     np.testing.assert_allclose(C, np.triu(C))
-    lower = np.swapaxes(C, 1, 2)
-    np.testing.assert_allclose(lower @ solve_lower(lower, b), b, atol=1e-10)
-    A[2] = np.diag([1.0, 1.0, 1.0, 0.0])
+    np.testing.assert_allclose(np.swapaxes(C, -1, -2) @ factor.whiten(b), b, atol=close)
+    np.testing.assert_allclose(C @ factor.unwhiten(b), b, atol=close)
+    np.testing.assert_allclose(A @ factor.solve(b), b, atol=close)
+    np.testing.assert_allclose(factor.half_log_det, 0.5 * np.linalg.slogdet(A)[1], atol=close)
+    np.testing.assert_allclose(factor.shifted().upper(), C + np.eye(4), atol=close)
+    exact = solve_spd(A, b)
+    assert exact.dtype == kind
+    alone = [solve_spd(A[0, 0], b[0, 0]) for _ in range(2)]  # nothing given is written to
+    np.testing.assert_array_equal(alone, [exact[0, 0]] * 2)
+    A[1, 0] = np.diag([1.0, 1.0, 1.0, 0.0])
     x = solve_spd(A, b)
-    assert np.isfinite(x).all() and np.isfinite(upper_cholesky(A)).all()
-    np.testing.assert_allclose((A @ x)[[0, 1, 3, 4, 5]], b[[0, 1, 3, 4, 5]], atol=1e-6)
+    assert np.isfinite(x).all()
+    others = np.arange(6).reshape(2, 3) != 3
+    np.testing.assert_array_equal(x[others], exact[others])
+    np.testing.assert_allclose(x[1, 0, :3], b[1, 0, :3], rtol=1e-3)
