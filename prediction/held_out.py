@@ -10,6 +10,7 @@ from prediction.demonstrations import Demonstrations
 from prediction.familiarity import Familiarity, widening
 from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
+from prediction.memory import NullSpaceMemory
 from prediction.posture_band import PostureBand, fit_band
 from prediction.predictor import Predictor, ShouldStop, check_stop
 from prediction.propagation import Propagation, propagate
@@ -163,9 +164,7 @@ def run_held_out(
     truth = demonstrations.q[stretches.index]
     points = stretches.index.shape[1]
     draws = rng.standard_normal((samples, points, len(follower.reduction.kept)))
-    # People exceed tabulated ranges: what was recorded is possible.
-    wider = replace(follower, limits=follower.limits.widened_to(truth))
-    run = propagate(wider, paths, truth[:, 0], draws)
+    run = propagate(follower, paths, truth[:, 0], draws)
     time_s = demonstrations.time_s[stretches.index]
     return HeldOutRun(run, truth, time_s - time_s[:, :1])
 
@@ -183,6 +182,7 @@ class Calibration:
             scaling; None if they were too short to roll out on.
         rollout_rmse_deg: Joint error of the central paths on the held-out parts, or None as above.
         null_log_likelihood: Held-out density of the null-space velocity, nats, with the factor.
+        memory: What the step before tells, or None if it tells nothing.
     """
 
     band: PostureBand
@@ -191,6 +191,7 @@ class Calibration:
     coverage_rollout: float | None
     rollout_rmse_deg: float | None
     null_log_likelihood: float
+    memory: NullSpaceMemory | None
 
 
 def calibrate(
@@ -263,13 +264,14 @@ def calibrate(
     )
     nats = np.concatenate([_null_density(fitted.rescaled(factor), held) for fitted, held in parts])
     density = float(nats.mean())
+    memory = NullSpaceMemory.fit(parts)
     if not folds:
         scatter = np.sqrt(factor) * 0.3 * np.linalg.cholesky(0.5 * moment)
         band = PostureBand(scatter, 1.0, moment)
-        return Calibration(band, factor, one_step, None, None, density)
+        return Calibration(band, factor, one_step, None, None, density, memory)
     band, error = _fit(folds, rng, reduction)
     covered, ratio = _sampled(folds, band, rng, samples, reduction)
-    return Calibration(band.rescaled(ratio), factor, one_step, covered, error, density)
+    return Calibration(band.rescaled(ratio), factor, one_step, covered, error, density, memory)
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,13 +296,14 @@ def _fit(
     folds: list[_Fold], rng: np.random.Generator, reduction: JointReduction
 ) -> tuple[PostureBand, float]:
     """Returns the band of the central paths' errors, and their root mean square, deg."""
-    errors, travelled, widened, squares = [], [], [], []
+    errors, distance, elapsed, widened, squares = [], [], [], [], []
     for fold in folds:
         held = run_held_out(fold.follower, fold.demonstrations, fold.stretches, 0, rng)
         squares.append((held.error[:, 1:] ** 2).ravel())
-        moved = held.run.travelled > 1e-3
+        moved = held.elapsed_s > 0.0
         errors.append(held.error[..., reduction.kept][moved])
-        travelled.append(held.run.travelled[moved])
+        distance.append(held.run.travelled[moved])
+        elapsed.append(held.elapsed_s[moved])
         # The band is widened step by step along the way: its mean so far stands for it here.
         steps = np.arange(1, moved.shape[1] + 1)
         mean = np.cumsum(widening(held.run.familiarity), axis=1) / steps
@@ -309,7 +312,8 @@ def _fit(
     assert band is not None
     fitted = fit_band(
         np.concatenate(errors),
-        np.concatenate(travelled),
+        np.concatenate(distance),
+        np.concatenate(elapsed),
         np.concatenate(widened),
         band.rate_moment,
     )
@@ -336,7 +340,7 @@ def _sampled(
         q = held.run.q[..., learned]
         deviation = np.sqrt(((q[:, 1:] - q[:, :1]) ** 2).mean(axis=1))
         error = np.abs(held.error[..., learned])
-        moved = held.run.travelled > 1e-3
+        moved = held.elapsed_s > 0.0
         ratio = (error / np.maximum(deviation, 1e-9))[moved]
         ratios.append(ratio.ravel())
         covered.append((ratio <= NINETY).ravel())

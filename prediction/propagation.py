@@ -38,7 +38,7 @@ class Propagation:
         hand_error_rad: The same of orientation, ``(C, 1 + S, T)``.
         familiarity: ``(C, T)``.
         followed: ``(C, 1 + S, T)``.
-        travelled: Task distance of the central path, ``(C, T)``.
+        travelled: What the band's process runs in, along the central path, ``(C, T)`` s.
     """
 
     q: Array
@@ -91,7 +91,8 @@ def propagate(
         end = point * substeps
         step = state.central_step(targets.at(end))
         if follower.band is not None:
-            du = follower.band.travelled(step, state.central_jacobian())
+            elapsed = times[:, end] - times[:, end - substeps]
+            du = follower.band.travelled(step, state.central_jacobian(), elapsed)
             out.travelled[:, point] = out.travelled[:, point - 1] + du
             if noise == "coherent" and samples:
                 rho = np.exp(-du / follower.band.length)[:, None, None]

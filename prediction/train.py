@@ -242,9 +242,10 @@ class _Job:
             "rollout_rmse_deg_held_out": calibration.rollout_rmse_deg,
             "null_log_likelihood_held_out": calibration.null_log_likelihood,
             "band_length": calibration.band.length,
+            "band_clock": calibration.band.clock,
         }
         predictor = predictor.rescaled(calibration.variance_factor)
-        return FittedMethod(predictor, calibration.band, metrics)
+        return FittedMethod(predictor, calibration.band, metrics, calibration.memory)
 
     def _start(self, name: str, task: Task) -> Predictor | None:
         """Returns what the search may set out from: the same method of the same joints."""

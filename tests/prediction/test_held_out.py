@@ -83,6 +83,30 @@ def test_held_out_error_is_against_what_was_recorded(walk):
     assert 0.4 < held.run.travelled[:, -1].mean() / held.elapsed_s[:, -1].mean() < 2.0
 
 
+def test_held_out_truth_moves_no_limit(walk):
+    """Who scores a prediction must not tell it how far the person went."""
+    chain, demonstrations = walk
+    limits = JointLimits(np.eye(5), demonstrations.q.min(axis=0), demonstrations.q.max(axis=0))
+    limits = replace(limits, upper=limits.upper - np.array([0, 0, 0, 0, 0.2]))
+    moment = demonstrations.qdot.T @ demonstrations.qdot / 1000
+    follower = Follower(
+        CovIk.fit(demonstrations, np.random.default_rng(0)),
+        chain,
+        JointReduction.identity(chain.dof_names),
+        limits,
+        PostureBand(0.1 * np.eye(5), 1.0, moment),
+        Familiarity.of(demonstrations),
+        "position",
+    )
+    pieces = Stretches.of(demonstrations, 1.0, at_most=12).index
+    truth = demonstrations.q[pieces][..., 4]
+    leaves = pieces[(truth[:, 0] <= limits.upper[4]) & (truth.max(axis=1) > limits.upper[4])]
+    assert len(leaves)
+    rng = np.random.default_rng(0)
+    held = run_held_out(follower, demonstrations, Stretches(leaves), 0, rng)
+    assert held.run.q[:, 0, :, 4].max() <= limits.upper[4] + 2e-3
+
+
 def test_calibrated_bands_hold_what_they_say(walk):
     chain, demonstrations = walk
     train, test = demonstrations.take(slice(0, 750)), demonstrations.take(slice(750, 1000))
