@@ -46,6 +46,7 @@ from prediction.memory import NullSpaceMemory
 from prediction.methods import BASELINES, METHODS
 from prediction.mi_nsgp import MiNsGp, NsGp
 from prediction.model_file import load_model, model_bytes, model_from_bytes, save_model
+from prediction.motion_check import motion_findings
 from prediction.motion_demonstrations import demonstrations_from_motion
 from prediction.null_space import NullSpaceBasis
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
@@ -136,6 +137,7 @@ __all__ = [
     "load_model",
     "model_bytes",
     "model_from_bytes",
+    "motion_findings",
     "options_of",
     "paired_table",
     "run_held_out",

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from prediction.chain import TaskChain
+from prediction.chain import TaskChain, held_tips
 from prediction.demonstrations import Demonstrations
 from prediction.errors import DemonstrationError
 
@@ -47,13 +47,19 @@ def check_demonstrations(chain: TaskChain, demonstrations: Demonstrations) -> tu
     _check_angles(chain, demonstrations)
     _check_steps(demonstrations, steps)
     position, rotation, _ = chain.forward_and_jacobian(demonstrations.q)
-    _check_travel(demonstrations, position, rotation)
+    if rotation.ndim == 3:
+        position, rotation = position[:, None], rotation[:, None]
+    led = slice(held_tips(chain), None)
+    position = position.reshape(*rotation.shape[:2], -1)[:, led]
+    _check_travel(demonstrations, position, rotation[:, led])
     _check_rates(demonstrations, steps)
+    linear = demonstrations.xdot[:, : demonstrations.linear_rows]
+    velocity = linear.reshape(*rotation.shape[:2], -1)[:, led]
     return (
         *_holes(demonstrations, steps),
         *_repeats(demonstrations, steps),
-        *_directions(demonstrations),
-        *_rest(demonstrations),
+        *_directions(velocity),
+        *_rest(velocity),
     )
 
 
@@ -110,11 +116,12 @@ def _check_steps(demonstrations: Demonstrations, steps: _Steps) -> None:
 
 
 def _check_travel(demonstrations: Demonstrations, position: Array, rotation: Array) -> None:
+    """Looks at led hands: positions ``(N, tips, p)`` and rotations ``(N, tips, 3, 3)``."""
     travel = turn = 0.0
     for take in np.unique(demonstrations.trajectory_id):
         rows = demonstrations.trajectory_id == take
-        travel = max(travel, float(np.linalg.norm(np.ptp(position[rows], axis=0))))
-        cosine = np.einsum("tij,ij->t", rotation[rows], rotation[rows][0]) - 1.0
+        travel = max(travel, float(np.linalg.norm(np.ptp(position[rows], axis=0), axis=-1).max()))
+        cosine = np.einsum("thij,hij->th", rotation[rows], rotation[rows][0]) - 1.0
         turn = max(turn, float(np.arccos(np.clip(0.5 * cosine, -1.0, 1.0)).max()))
     if travel < LEAST_TRAVEL_M and turn < LEAST_TURN_RAD:
         raise DemonstrationError(
@@ -168,21 +175,24 @@ def _repeats(demonstrations: Demonstrations, steps: _Steps) -> list[str]:
     ]
 
 
-def _directions(demonstrations: Demonstrations) -> list[str]:
-    linear = demonstrations.linear_rows
-    values = np.linalg.svd(demonstrations.xdot[:, :linear], compute_uv=False)
-    shown = int((values > DIRECTION_SHARE * values[0]).sum())
+def _directions(velocity: Array) -> list[str]:
+    """Looks at the velocities of led hands, ``(N, tips, p)``."""
+    linear = velocity.shape[-1]
+    shown = linear
+    for hand in np.moveaxis(velocity, 1, 0):
+        values = np.linalg.svd(hand, compute_uv=False)
+        shown = min(shown, int((values > DIRECTION_SHARE * values[0]).sum()))
     if shown == linear:
         return []
-    where = "along one line" if shown == 1 else "in one plane"
+    where = "along one line" if shown <= 1 else "in one plane"
     return [
         f"the hand moved {where} only: how the body follows it elsewhere was not shown, and is "
         "taken from there"
     ]
 
 
-def _rest(demonstrations: Demonstrations) -> list[str]:
-    speed = np.linalg.norm(demonstrations.xdot[:, : demonstrations.linear_rows], axis=1)
+def _rest(velocity: Array) -> list[str]:
+    speed = np.linalg.norm(velocity, axis=-1).max(axis=1)
     share = float((speed < RESTING_M_S).mean())
     if share < RESTING_SHARE:
         return []

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student_t
 
 from app.takes import takes_of
 from app.training import motions_of
@@ -83,12 +84,12 @@ def real_people(folder: Path) -> Iterator[Seen]:
             f"{'static:' if any(s in name for s in static) else ''}{folder / name}"
             for name in names
         ]
-        model, motions, _ = motions_of(takes_of(files), Subject(height, mass))
+        recorded = motions_of(takes_of(files), Subject(height, mass))
         for hand in hands:
-            chain = Chain(model, tip=f"{hand}HandCOM")
+            chain = Chain(recorded.model, tip=f"{hand}HandCOM")
             takes = [
                 demonstrations_from_motion(chain, motion, trajectory_id=k, rate_hz=RATE_HZ)
-                for k, motion in enumerate(motions)
+                for k, motion in enumerate(recorded.motions)
             ]
             yield Seen(person, chain, join(takes))
 
@@ -178,6 +179,7 @@ def made_of(people: Sequence[Seen]) -> Table:
             table[method][task] = part
             # What is pushed into the null space spreads otherwise than it was fitted.
             factor = widened_by([run(seen, table, method, task, SAMPLES) for seen in people])
+            factor *= for_one_more(len({seen.person for seen in people}))
             for axes in part["deviation_deg"].values():
                 axes[:] = [rounded(factor * v) for v in axes]
     return table
@@ -210,6 +212,12 @@ def widened_by(runs: Sequence[HeldOutRun]) -> float:
     order = np.argsort(ratio)
     reached = np.cumsum(share[order]) / share.sum()
     return float(ratio[order][np.searchsorted(reached, 0.9)] / NINETY)
+
+
+def for_one_more(people: int) -> float:
+    """Factor from the spread among a few people to a band for the next: Student's t."""
+    quantile = float(student_t.ppf(0.95, people - 1))
+    return quantile / NINETY * float(np.sqrt(1.0 + 1.0 / people))
 
 
 @dataclass(frozen=True, slots=True)

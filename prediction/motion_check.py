@@ -1,0 +1,54 @@
+"""Whether a recorded motion is the one that was meant: this hand, and reaching."""
+
+import numpy as np
+
+from human import Chain, Motion, UnknownNameError
+
+#: A pelvis that goes faster than this walks, m/s; walking longer than this share is worth a word.
+WALKING_M_S, WALKING_SHARE = 0.4, 0.3
+#: How much further the other hand must have gone to be the one that was led.
+OTHER_HAND = 3.0
+
+
+def motion_findings(chain: Chain, motion: Motion) -> tuple[str, ...]:
+    """Says what makes a motion a doubtful demonstration for a chain.
+
+    Args:
+        chain: From the pelvis to the hand that will be led.
+        motion: A motion of the same model.
+
+    Returns:
+        What is worth a word, each a sentence; empty if nothing is.
+    """
+    found = []
+    steps = np.linalg.norm(np.diff(motion.q[:, :2], axis=0), axis=1)  # over the ground, not down
+    share = float((steps > WALKING_M_S * np.diff(motion.time_s)).mean())
+    if share > WALKING_SHARE:
+        found.append(
+            f"the person walks in {share:.0%} of it: arms that swing are no hand that is led; cut "
+            "the walking out"
+        )
+    side = chain.tip.removesuffix("HandCOM")
+    if side in ("Right", "Left"):
+        other = "Left" if side == "Right" else "Right"
+        went, beside = _travelled(chain, motion), 0.0
+        try:
+            beside = _travelled(Chain(chain.model, f"{other}HandCOM", chain.base), motion)
+        except UnknownNameError:  # a model of one arm
+            return tuple(found)
+        if beside > OTHER_HAND * went:
+            found.append(
+                f"the {other.lower()} hand goes {beside:.1f} m and the {side.lower()} one, which "
+                f"is trained, {went:.1f} m: is {side.lower()} the hand that was led?"
+            )
+    return tuple(found)
+
+
+def _travelled(chain: Chain, motion: Motion) -> float:
+    """Returns the length of a hand's way as seen from the base, m."""
+    known = {name: index for index, name in enumerate(motion.model_dof_names)}
+    if any(name not in known for name in chain.dof_names):
+        return 0.0
+    q = motion.joint_angles[:, [known[name] for name in chain.dof_names]]
+    position, _ = chain.forward(q)
+    return float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
