@@ -11,7 +11,7 @@ from human.threads import single_threaded
 from prediction.chain import Task, TaskChain
 from prediction.errors import DemonstrationError, PredictionError
 from prediction.evaluate import HORIZONS_S, MethodScore, score_method
-from prediction.methods import AUTO
+from prediction.methods import AUTO, BASELINES
 from prediction.predictor import Progress, ShouldStop, check_stop
 from prediction.splits import Split
 from prediction.train import train_operator
@@ -127,9 +127,10 @@ def compare_on_splits(
         TrainingCancelledError: ``should_stop`` said so.
     """
     base = TrainingOptions() if options is None else options
+    also = {} if also is None else also
     # What auto chooses from need not be trained again: auto goes first.
     ways = {name: replace(base, method=name) for name in sorted(methods, key=AUTO.__ne__)}
-    ways.update(also or {})
+    ways.update(also)
     results = []
     for number, split in enumerate(splits):
         scores: dict[str, MethodScore] = {}
@@ -145,15 +146,15 @@ def compare_on_splits(
                     chain,
                     split.train,
                     seed=seed,
-                    options=replace(way, tasks=(task,)),
+                    options=replace(way, tasks=(task,), baselines=not scores),
                     progress=_part_of(progress, f"{split.name}, {label}", share, part),
                     should_stop=should_stop,
                 )
             except DemonstrationError as error:
                 problem, scores = str(error), {}
                 break
-            # Trained beside it and shown under their own names, unless this is another way.
-            beside = () if label in (also or {}) else model.method_names
+            # Another way to train a method does not go by the method's name; what is beside it may.
+            beside = [name for name in model.method_names if label not in also or name in BASELINES]
             for name, trained in {**{one: one for one in beside}, label: model.method}.items():
                 if name not in scores:
                     score = score_method(

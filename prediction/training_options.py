@@ -30,6 +30,8 @@ class TrainingOptions:
         max_evaluations: Budget of the weight search, per task.
         max_samples: Samples the likelihood is taken on; its cost grows with their cube.
         blocks: Parts the demonstrations are cut into to measure bands.
+        baselines: Whether the baselines are trained beside the method: not where another model of
+            the same demonstrations holds them.
     """
 
     method: str = AUTO
@@ -42,6 +44,7 @@ class TrainingOptions:
     max_evaluations: int = 3000
     max_samples: int = MAX_SAMPLES
     blocks: int = 4
+    baselines: bool = True
 
     def __post_init__(self) -> None:
         """Refuses what is not known."""
@@ -62,7 +65,7 @@ class TrainingOptions:
     def methods(self) -> tuple[str, ...]:
         """Methods trained: the chosen one or the candidates, and the baselines."""
         asked = CANDIDATES if self.method == AUTO else (self.method,)
-        return tuple(dict.fromkeys((*asked, *BASELINES)))
+        return tuple(dict.fromkeys((*asked, *(BASELINES if self.baselines else ()))))
 
     def to_dict(self) -> dict[str, Any]:
         """Returns JSON values, the criterion as it is in effect."""

@@ -37,12 +37,14 @@ def test_table_is_that_of_the_scores(takes):
         ["locov-ik"],
         seed=1,
         options=TrainingOptions(blocks=2),
+        also={"another way": TrainingOptions(method="w-ik", blocks=2, optimizer="gradient")},
         task="position",
         samples=8,
         progress=lambda what, done, _: told.append((what, done)),
     )
     rows = {row.method: row for row in paired_table(results, "part")}
-    assert set(rows) == {"locov-ik", "cov-ik", "minimum-norm"}
+    assert set(rows) == {"locov-ik", "cov-ik", "minimum-norm", "another way"}
+    assert rows["another way"].rmse_ratio not in {rows["cov-ik"].rmse_ratio, 1.0}
     assert rows["cov-ik"].nats_more == 0.0
     assert set(rows["cov-ik"].rollout_ratio.values()) == {1.0}
     ours = [r.scores["locov-ik"].rollout_rmse_deg_at["1"] for r in results]
@@ -51,6 +53,12 @@ def test_table_is_that_of_the_scores(takes):
         np.sqrt(ours[0] / cov[0] * ours[1] / cov[1])
     )
     assert rows["locov-ik"].rollout_wins["1"] == (int(np.sum(np.less(ours, cov))), 2)
+    # Two splits: Student's t with one degree of freedom is Cauchy's law, 12.7 at .975.
+    logs = np.log(np.divide(ours, cov))
+    half = 12.7062 * logs.std(ddof=1) / np.sqrt(2.0)
+    assert rows["locov-ik"].rollout_interval["1"] == pytest.approx(
+        tuple(np.exp([logs.mean() - half, logs.mean() + half])), rel=1e-4
+    )
     shares = [done for _, done in told]
     assert shares == sorted(shares) and told[0][0].startswith("part 1 of 4, locov-ik")
 
