@@ -18,6 +18,8 @@ SPEED_LIMIT_RAD_S = 20.0
 STEP_S = 0.05
 STEP_M = 0.04
 STEP_RAD = 0.2
+#: Steps a path may be cut into.
+MAX_STEPS = 20_000
 _ORTHONORMAL_TOLERANCE = 1e-3
 
 
@@ -84,6 +86,7 @@ class HandPath:
                 )
         path = cls(time_s, position, rotation)
         path._check_continuous()
+        path._check_size()
         return path
 
     @classmethod
@@ -136,6 +139,17 @@ class HandPath:
                 raise DiscontinuousTrajectoryError(
                     index + 1, float(length[index]), float(speed[index]), limit, angular
                 )
+
+    def _check_size(self) -> None:
+        steps = self.substeps() * (len(self.time_s) - 1)
+        if steps > MAX_STEPS:
+            longest = int(np.argmax(np.diff(self.time_s)))
+            raise TrajectoryError(
+                f"the trajectory takes {steps} steps of {STEP_S} s or less, and {MAX_STEPS} is the "
+                f"most: its longest interval, before point {longest + 1}, lasts "
+                f"{self.time_s[longest + 1] - self.time_s[longest]:.4g} s; check that times are in "
+                "seconds, or cut pauses out"
+            )
 
     def substeps(self) -> int:
         """Returns into how many steps each interval is cut so that it can be integrated."""

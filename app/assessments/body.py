@@ -141,6 +141,7 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
             _OTHER_PARTS,
         ),
     ]
+    found += _demonstrated(operator)
     if missing:
         led = [name for name in missing if name in predicted]
         found.append(
@@ -191,3 +192,20 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
             )
         )
     return found
+
+
+def _demonstrated(operator: Operator) -> list[Taken]:
+    """Returns what the demonstrations did not show."""
+    content = operator.content
+    if content.is_generic:
+        value = "none: this person was not seen; W and bands are those of other people"
+        change = "every posture between pelvis and hand"
+    elif content.training.get("findings"):
+        value = "; ".join(content.training["findings"])
+        change = "the prediction, where it goes beyond what was shown"
+    else:
+        return []
+    assumption = Assumption(
+        what="demonstrations", value=value, range="people differ by tens of degrees", effect=change
+    )
+    return [Taken(assumption, _LED_PARTS)]
