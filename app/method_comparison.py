@@ -7,10 +7,11 @@ from typing import Any
 
 from app.problems import InvalidRequest
 from app.takes import takes_of
-from app.training import Hand, Progress, motions_of
+from app.training import Progress, motions_of
 from human import Chain, Subject
 from human.readers import marker_format
 from prediction import (
+    Hand,
     PairedRow,
     SplitScores,
     TrainingOptions,
@@ -112,12 +113,12 @@ def compare_folder(
     takes = takes_of(recordings_in(folder))
     if progress is not None:
         progress("reading", 0.0)
-    model, motions, notes = motions_of(takes, subject, accept)
-    chain = Chain(model, tip=f"{hand.capitalize()}HandCOM")
+    recorded = motions_of(takes, subject, accept)
+    chain = Chain(recorded.model, tip=f"{hand.capitalize()}HandCOM")
     names = tuple(take.motion.name for take in takes)
     demonstrations = [
         (name, demonstrations_from_motion(chain, motion, trajectory_id=k, rate_hz=rate_hz))
-        for k, (name, motion) in enumerate(zip(names, motions, strict=True))
+        for k, (name, motion) in enumerate(zip(names, recorded.motions, strict=True))
     ]
 
     def tell(what: str, done: float, _: float) -> None:
@@ -129,4 +130,4 @@ def compare_folder(
     )
     designs = dict.fromkeys(result.split[0] for result in results)
     tables = {design: paired_table(results, design) for design in designs}
-    return Comparison(tables, results, names, tuple(notes))
+    return Comparison(tables, results, names, recorded.notes)

@@ -2,10 +2,9 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from app.cli.output import (
     ColumnsFile,
@@ -14,13 +13,8 @@ from app.cli.output import (
     console,
     print_json,
     progress_bar,
-    show,
 )
-from app.plain import plain
-from app.problems import InvalidRequest
-
-if TYPE_CHECKING:
-    from app.training import Trained
+from app.problems import Conflict, InvalidRequest
 
 
 class Method(StrEnum):
@@ -79,6 +73,14 @@ class Hand(StrEnum):
 
     RIGHT = "right"
     LEFT = "left"
+    BOTH = "both"
+
+
+class Base(StrEnum):
+    """What of the body stays where it is."""
+
+    PELVIS = "pelvis"
+    FEET = "feet"
 
 
 class Sex(StrEnum):
@@ -94,23 +96,45 @@ Mass = Annotated[float, typer.Option("--mass", help="Body mass, kg.")]
 
 
 def train(
-    files: Annotated[
-        list[str],
-        typer.Argument(help="Recordings of one person: MVNX, BVH, or markers with static:FILE."),
-    ],
-    height: Height,
-    mass: Mass,
     out: Annotated[Path, typer.Option(help="The model file to write.")],
-    sex: Annotated[Sex, typer.Option(help="For the mass distribution.")] = Sex.UNKNOWN,
-    hand: Annotated[Hand, typer.Option(help="The hand that will be led.")] = Hand.RIGHT,
+    files: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Recordings of one person: MVNX, BVH, or markers with static:FILE. Without any, "
+            "the model is of how people in general move."
+        ),
+    ] = None,
+    height: Annotated[
+        float | None, typer.Option(help="Stature, m; the model's with --add-to.")
+    ] = None,
+    mass: Annotated[
+        float | None, typer.Option(help="Body mass, kg; the model's with --add-to.")
+    ] = None,
+    sex: Annotated[
+        Sex | None, typer.Option(help="For the mass distribution; unknown unless given.")
+    ] = None,
+    hand: Annotated[
+        Hand | None,
+        typer.Option(help="The hand that will be led, or both on one object; right unless given."),
+    ] = None,
+    base: Annotated[
+        Base | None,
+        typer.Option(help="What stays where it is; pelvis unless given. feet: legs move, too."),
+    ] = None,
     method: Annotated[
-        Method, typer.Option(help="auto takes what errs less on held-out motion.")
-    ] = Method.AUTO,
-    optimizer: Annotated[Optimizer, typer.Option(help="Search of the weights.")] = Optimizer.BIPOP,
-    engine: Annotated[Engine, typer.Option(help="gpytorch is the slow reference.")] = Engine.FAST,
-    kernel: Annotated[Kernel, typer.Option(help="paper: one length-scale for all.")] = (
-        Kernel.SEPARATE
-    ),
+        Method | None,
+        typer.Option(help="auto unless given: it takes what errs less on held-out motion."),
+    ] = None,
+    optimizer: Annotated[
+        Optimizer | None, typer.Option(help="Search of the weights; bipop unless given.")
+    ] = None,
+    engine: Annotated[
+        Engine | None, typer.Option(help="fast unless given; gpytorch is the slow reference.")
+    ] = None,
+    kernel: Annotated[
+        Kernel | None,
+        typer.Option(help="separate unless given; paper: one length-scale for all."),
+    ] = None,
     criterion: Annotated[
         Criterion | None,
         typer.Option(
@@ -119,9 +143,22 @@ def train(
         ),
     ] = None,
     weights: Annotated[
-        Weights, typer.Option(help="diagonal as in the paper; auto takes what scores better.")
-    ] = Weights.AUTO,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 0,
+        Weights | None,
+        typer.Option(help="diagonal as in the paper; auto, unless given: what scores better."),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of all randomness; 0 unless given.")
+    ] = None,
+    add_to: Annotated[
+        Path | None,
+        typer.Option(
+            help="A model of the same person: train on what it was trained on and FILEs. Options "
+            "not given are the model's."
+        ),
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Throw away a training to OUT that was broken off.")
+    ] = False,
     accept: Annotated[
         list[str] | None, typer.Option(help="Go on in spite of this finding (may be repeated).")
     ] = None,
@@ -129,83 +166,93 @@ def train(
     columns: ColumnsFile = None,
     as_json: Json = False,
 ) -> None:
-    """Trains an operator's posture model; prints how it does on motion it has not seen."""
+    """Trains an operator's posture model; prints how it does on motion it has not seen.
+
+    Options not given with --add-to are the model's; else they are the defaults.
+    A training that was broken off (Ctrl-C, a crash) goes on where it was when the same command is
+    given again, and gives the same model. The model file holds the motion it was trained on.
+    """
+    from app.cli.model_page import joints_in_words, print_report
+    from app.models.description import described
+    from app.models.operator import open_operator
     from app.takes import takes_of
-    from app.training import motions_of
-    from app.training import train as train_model
-    from human import Subject
-    from prediction import TrainingOptions, save_model
+    from app.training_job import training_job
+    from app.unfinished import Unfinished
+    from prediction import PredictionError, save_model
 
     if not out.parent.is_dir():
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
-    takes = takes_of(files, marker_set, columns)
-    for take in takes:
-        if take.grf is not None:
-            raise InvalidRequest(f"grf:{take.grf.name}: training takes motion alone; leave it out.")
-    subject = Subject(height, mass, sex.value)
-    options = TrainingOptions(
-        method=method.value,
-        kernel=kernel.value,
-        optimizer=optimizer.value,
-        engine=engine.value,
-        criterion=None if criterion is None else criterion.value,
-        weights=weights.value,
-    )
-    with progress_bar(as_json) as bar:
-        task = bar.add_task("reading", total=1.0)
-        model, motions, notes = motions_of(takes, subject, accept or [])
-        trained = train_model(
-            model,
-            motions,
-            hand.value,
-            seed=seed,
-            options=options,
-            progress=lambda what, done: bar.update(task, description=what, completed=done),
-            notes=notes,
-        )
-    save_model(out, trained.operator)
-    if as_json:
-        print_json(
-            {
-                "model": str(out),
-                "method": trained.operator.method,
-                "chosen_by": trained.chosen_by,
-                "notes": list(trained.notes),
-                "metrics": plain(trained.operator.metrics),
-            }
-        )
-    else:
-        _print(trained, out)
-
-
-def _print(trained: "Trained", out: Path) -> None:
-    table = Table(
-        title="On the last 30 %, trained on the first 70 %", title_justify="left", box=None
-    )
-    columns = {
-        "log-lik. [nats]": "log_likelihood",
-        "RMSE [rad/s]": "rmse_rad_s",
-        "cover 90 %": "coverage90_one_step",
-        "roll-out RMSE [deg]": "rollout_rmse_deg",
-        "hand error [m]": "rollout_hand_mean_m",
-        "roll-out cover 90 %": "coverage90_rollout",
+    if out.is_dir():
+        raise InvalidRequest(f"--out {out}: expected the name of a file, this is a folder.")
+    asked = {
+        "method": method,
+        "kernel": kernel,
+        "optimizer": optimizer,
+        "engine": engine,
+        "criterion": criterion,
+        "weights": weights,
     }
-    table.add_column("method", no_wrap=True)
-    for title in columns:
-        table.add_column(title, justify="right")
-    for score in trained.scores:
-        values = score.to_dict()
-        table.add_row(score.method, *(show(values[key]) for key in columns.values()))
-    page = console()
-    page.print(table)
-    noise = trained.operator.metrics["sigma_x"]
-    page.print(
-        f"Log-likelihood of joint rates, for a hand velocity noise of {noise['linear_m_s']:g} m/s "
-        f"and {noise['angular_rad_s']:g} rad/s; RMSE one step ahead; roll-outs of 2 s at most."
+    job = training_job(
+        takes_of(files, marker_set, columns) if files else [],
+        height_m=height,
+        mass_kg=mass,
+        sex=None if sex is None else sex.value,
+        hand=None if hand is None else hand.value,
+        base=None if base is None else base.value,
+        seed=seed,
+        accept=accept or [],
+        options={name: None if one is None else one.value for name, one in asked.items()},
+        add_to=None if add_to is None else open_operator(add_to),
     )
-    for note in trained.notes:
+    folder = out.with_name(out.name + ".unfinished")
+    if restart:
+        Unfinished.discard(folder)
+    try:
+        unfinished = Unfinished(folder, job.about())
+    except Conflict as error:
+        raise Conflict(
+            f"{error.detail} Give that command again to go on with it, or add --restart to throw "
+            "it away."
+        ) from error
+    if len(unfinished) and not as_json:
+        typer.echo(
+            f"Going on with what was broken off: {unfinished.finished} fits are done.", err=True
+        )
+    try:
+        with progress_bar(as_json) as bar:
+            task = bar.add_task("", total=1.0)
+
+            def tell(what: str, done: float, nats: float | None) -> None:
+                reached = "" if nats is None else f", {nats:.2f} nats a sample"
+                bar.update(task, description=what + reached, completed=done)
+
+            trained = job.run(unfinished, tell)
+        save_model(out, trained.operator)
+    except KeyboardInterrupt:
+        if len(unfinished):
+            typer.echo(
+                f"{unfinished.finished} fits are done and kept in {folder}: the same command goes "
+                "on from there, --restart begins anew.",
+                err=True,
+            )
+        raise
+    except PredictionError:
+        # The same command would fail again at the same place: nothing of the person stays behind.
+        unfinished.remove()
+        raise
+    unfinished.remove()
+    model = described(trained.operator)
+    if as_json:
+        print_json({"model": str(out), "notes": list(trained.notes), **model})
+        return
+    page = console()
+    print_report(page, model)
+    page.print(f"Joints: {joints_in_words(model['joints'])}.")
+    for note in dict.fromkeys(trained.notes):
         page.print(f"Note: {note}")
     page.print(f"Wrote {out}: uses {trained.operator.method} ({trained.chosen_by}).")
+    if model["takes"]:
+        page.print("It holds the motion it was trained on: personal data.")
 
 
 def register(cli: typer.Typer) -> None:

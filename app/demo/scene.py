@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from app.training import Trained, train
+from app.training import Recorded, Trained, train
 from human import HumanModel, Motion, Subject, generate_model
 from human.simulate import (
     Operator,
@@ -16,12 +16,12 @@ from human.simulate import (
     simulate_following,
     simulate_reaching,
 )
-from prediction import TrainingOptions
+from prediction import TakeSource, TrainingOptions
 
 Progress = Callable[[str, float], None]
 
 #: Changes whenever the demonstration does, so that an older one is replaced.
-REVISION = 2
+REVISION = 3
 _SUBJECT = Subject(1.72, 68.0, "female")
 _SEED = 7
 #: Ways the robot led her before, from which the model learns; and those it may choose from now.
@@ -64,9 +64,15 @@ def demonstrations(who: Person) -> list[Motion]:
 
 def trained(who: Person, progress: Progress | None = None) -> Trained:
     """Returns the operator model."""
+    motions = tuple(demonstrations(who))
+    sources = tuple(TakeSource(f"simulated {number}") for number in range(1, len(motions) + 1))
+
+    def tell(what: str, done: float, _: float | None) -> None:
+        if progress is not None:
+            progress(what, done)
+
     return train(
-        who.model,
-        demonstrations(who),
+        Recorded(who.model, motions, sources, ("simulated, not recorded",)),
         "right",
         seed=_SEED,
         options=TrainingOptions(
@@ -76,8 +82,7 @@ def trained(who: Person, progress: Progress | None = None) -> Trained:
             blocks=2,
             max_samples=_SAMPLES,
         ),
-        progress=progress,
-        notes=("simulated, not recorded",),
+        progress=tell,
     )
 
 

@@ -43,6 +43,11 @@ class Operator:
         return self.chain.tip
 
 
+def is_model_file(path: Path) -> bool:
+    """Returns whether a file begins as a model file does; false where there is none."""
+    return path.is_file() and _may_be_safetensors(path)
+
+
 def _may_be_safetensors(path: Path) -> bool:
     with path.open("rb") as stream:
         head = stream.read(9)

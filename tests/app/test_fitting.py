@@ -12,12 +12,14 @@ from tests.app.estimates.lifting import PERSON, Lifting
 
 def test_motions_to_train_on_come_from_markers(lifting: Lifting) -> None:
     takes = takes_of([f"static:{lifting.static}", str(lifting.motion)])
-    model, (motion,), notes = motions_of(takes, PERSON)
+    recorded = motions_of(takes, PERSON)
+    model, (motion,) = recorded.model, recorded.motions
     true = lifting.truth.motion
     elbow = model.dof_names.index("jRightElbow_rotz")
     error = motion.joint_angles[:, elbow] - true.joint_angles[:, elbow]
     assert np.max(np.abs(error)) < np.deg2rad(5.0)
-    assert all(note.startswith("lift.trc: ") for note in notes)
+    assert all(note.startswith("lift.trc: ") for note in recorded.notes)
+    assert [source.name for source in recorded.sources] == ["lift.trc"]
 
 
 def test_windows_are_the_whole(lifting: Lifting) -> None:
