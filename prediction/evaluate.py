@@ -11,9 +11,9 @@ from human.threads import single_threaded
 from prediction.chain import Task, TaskChain
 from prediction.demonstrations import Demonstrations
 from prediction.errors import DemonstrationError
-from prediction.held_out import NINETY, HeldOutRun, Stretches, run_held_out
+from prediction.held_out import NINETY, HeldOutRun, Stretches, run_held_out, sampled_interval
 from prediction.operator_model import OperatorModel
-from prediction.predictor import Progress, ShouldStop
+from prediction.predictor import Predictor, Previous, Progress, ShouldStop
 from prediction.train import train_operator
 from prediction.training_options import TrainingOptions
 
@@ -46,6 +46,8 @@ class MethodScore:
         rollout_hand_max_m: Largest.
         coverage90_rollout: Share of postures in the sampled 90 % band.
         band_width_deg: Mean width of that band.
+        with_previous: The figures of one step where the measured step before is told (all above
+            see the posture and the hand alone); None if the method has no memory.
     """
 
     method: str
@@ -60,6 +62,7 @@ class MethodScore:
     rollout_hand_max_m: float | None
     coverage90_rollout: float | None
     band_width_deg: float | None
+    with_previous: Mapping[str, float] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Returns JSON values."""
@@ -103,22 +106,32 @@ def score_method(
     follower = model.follower(method, task, chain)
     whole = held_out.for_task(task)
     learned = whole.reduced(model.reduction)
-    sigma_x = hand_velocity_noise(learned)
-    q, xdot, J = learned.q, learned.xdot, learned.jacobian
-    density = follower.predictor.log_prob(q, xdot, learned.qdot, J, sigma_x)
-    prediction = follower.predictor.predict(q, xdot, J)
+    predictor, memory = follower.predictor, model.fitted(method, task).memory
+    one_step: dict[str, Any] = {**_one_step(predictor, learned, None)}
+    if memory is not None:
+        told = memory.within(predictor, learned)
+        one_step["with_previous"] = _one_step(predictor, learned, told)
+    pieces = Stretches.by_length(whole) if stretches is None else [stretches]
+    runs = [run_held_out(follower, whole, one, samples, rng) for one in pieces if len(one.index)]
+    return MethodScore(method, **one_step, **_closed_loop(runs, model.reduction.kept))
+
+
+def _one_step(
+    predictor: Predictor, held: Demonstrations, previous: Previous | None
+) -> dict[str, float]:
+    q, xdot, J = held.q, held.xdot, held.jacobian
+    sigma_x = hand_velocity_noise(held)
+    density = predictor.log_prob(q, xdot, held.qdot, J, sigma_x, previous)
+    prediction = predictor.predict(q, xdot, J, previous)
     deviation = np.sqrt(np.einsum("...ii->...i", prediction.covariance(sigma_x)))
-    error = learned.qdot - prediction.mean
-    one_step: dict[str, Any] = {
+    error = held.qdot - prediction.mean
+    return {
         "log_likelihood": float(density.total.mean()),
         "null_log_likelihood": float(density.null_space.mean()),
         "rmse_rad_s": float(np.sqrt((error**2).mean())),
         "hand_error_m_s": float(np.abs(np.einsum("tmn,tn->tm", J, prediction.mean) - xdot).max()),
         "coverage90_one_step": float((np.abs(error) <= NINETY * deviation).mean()),
     }
-    pieces = Stretches.by_length(whole) if stretches is None else [stretches]
-    runs = [run_held_out(follower, whole, one, samples, rng) for one in pieces if len(one.index)]
-    return MethodScore(method, **one_step, **_closed_loop(runs, model.reduction.kept))
 
 
 def _closed_loop(runs: Sequence[HeldOutRun], moving: NDArray[np.int64]) -> dict[str, Any]:
@@ -144,7 +157,7 @@ def _closed_loop(runs: Sequence[HeldOutRun], moving: NDArray[np.int64]) -> dict[
             at[f"{horizon:g}"] = _rms_deg(there)
     inside, width = [], []
     for run in runs:
-        low, high = np.quantile(run.run.q[:, 1:], [0.05, 0.95], axis=1)
+        low, high = sampled_interval(run.run.q[:, 1:], axis=1)
         moved = run.run.travelled > 1e-3
         inside.append(((run.truth >= low) & (run.truth <= high))[..., moving][moved])
         width.append((high - low)[..., moving][moved])

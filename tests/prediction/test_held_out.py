@@ -5,7 +5,13 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import CovIk, Familiarity, Follower, JointLimits, JointReduction, PostureBand
-from prediction.held_out import Stretches, calibrate, recorded_paths, run_held_out
+from prediction.held_out import (
+    Stretches,
+    calibrate,
+    recorded_paths,
+    run_held_out,
+    sampled_interval,
+)
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +87,14 @@ def test_held_out_error_is_against_what_was_recorded(walk):
     assert held.run.hand_error_m.max() < 2e-4
     # travelled distance is about elapsed time, on demonstrated motion
     assert 0.4 < held.run.travelled[:, -1].mean() / held.elapsed_s[:, -1].mean() < 2.0
+
+
+@pytest.mark.parametrize("samples", [19, 30, 50, 100])
+def test_interval_of_few_samples_holds_a_further_one(samples, rng):
+    draws = rng.standard_normal((samples, 20_000))
+    low, high = sampled_interval(draws)
+    further = rng.standard_normal(20_000)
+    assert ((low <= further) & (further <= high)).mean() == pytest.approx(0.9, abs=0.01)
 
 
 def test_held_out_truth_moves_no_limit(walk):
