@@ -230,9 +230,9 @@ class Judged:
     error_deg: float
 
 
-def judge(seen: Seen, table: Table, method: str, task: str) -> Judged:
+def judge(seen: Seen, table: Table, method: str, task: str, samples: int = 100) -> Judged:
     """Judges a table on somebody."""
-    held = run(seen, table, method, task, 100)
+    held = run(seen, table, method, task, samples)
     low, high = np.quantile(held.run.q[:, 1:], [0.05, 0.95], axis=1)
     moved = held.run.travelled > 1e-3
     inside = ((held.truth >= low) & (held.truth <= high))[moved]
