@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A measured number; with neither ``least`` nor ``most`` it is shown and not judged."""
+    """A measured number; with neither ``least`` nor ``most`` it is shown and not judged.
+
+    ``beside`` is what it is to be seen beside: a peer of the same run, or a number of a paper.
+    """
 
     name: str
     value: float
@@ -24,16 +27,20 @@ class Figure:
             self.most is None or self.value <= self.most
         )
 
-    def line(self) -> str:
-        """One line for the terminal."""
-        verdict = {True: "pass", False: "FAIL", None: "    "}[self.passed]
-        bars = [
+    @property
+    def bars(self) -> str:
+        """Its bars in words."""
+        return ", ".join(
             f"{sign} {bar:g}"
             for sign, bar in ((">=", self.least), ("<=", self.most))
             if bar is not None
-        ]
+        )
+
+    def line(self) -> str:
+        """One line for the terminal."""
+        verdict = {True: "pass", False: "FAIL", None: "    "}[self.passed]
         return (
-            f"{verdict}  {self.value:9.4g} {self.unit:8} {', '.join(bars):16}  {self.name}"
+            f"{verdict}  {self.value:9.4g} {self.unit:8} {self.bars:16}  {self.name}"
             f"{f'  ({self.beside})' if self.beside else ''}"
         )
 

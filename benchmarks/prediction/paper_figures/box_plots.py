@@ -1,0 +1,103 @@
+"""Fig. 4 a-d: every method one step ahead, one box a method over seeds or people."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Picture
+
+from benchmarks.estimation.papers.drawing import label, panels
+from benchmarks.prediction.paper_figures import experiments
+from benchmarks.prediction.paper_figures.experiments import experiment, followers, one_step
+from benchmarks.prediction.planar_operator import LAW, ROWS, one_seed
+
+#: The panels of the figure: attribute of the scores, words, whether on a log scale.
+PANELS = (
+    ("nats", "(a) log density of the\njoint velocity, nats", False),
+    ("rmse", "(b) RMSE of the joint\nvelocity, rad/s", True),
+    ("hand_nats", "(c) log density of the\nhand velocity, nats", False),
+    ("hand_rmse", "(d) RMSE of the hand\nvelocity, m/s", True),
+)
+#: Methods of the picture, ours on top; the rest of the planar rows are in its table.
+PLANAR = (LAW, *(row for row in ROWS if row != "MI-NsGP by BIPOP"))
+#: Errors below this are rounding.
+ROUNDING = 1e-9
+
+Values = Mapping[str, Sequence[float]]
+
+
+def planar_values(kind: str, seeds: range, what: str) -> Values:
+    """Returns a score of every row over seeds."""
+    rows = [one_seed(kind, seed) for seed in seeds]
+    return {name: [getattr(row[name], what) for row in rows] for name in PLANAR}
+
+
+def led_values(design: experiments.Design, people: Sequence[tuple[str, int]], what: str) -> Values:
+    """Returns a score of every row over people."""
+    values: dict[str, list[float]] = {name: [] for name in experiments.ROWS}
+    for kind, seed in people:
+        data = experiment(design, kind, seed)
+        for name, follower in followers(design, kind, seed).items():
+            values[name].append(getattr(one_step(data, follower), what))
+    return values
+
+
+def _boxes(axis: Axes, values: Values, log: bool, first: bool) -> None:
+    names = list(values)[::-1]
+    numbers = [np.asarray(values[name]) for name in names]
+    if log:
+        numbers = [np.maximum(number, ROUNDING) for number in numbers]
+        axis.set_xscale("log")
+    axis.boxplot(
+        numbers,
+        orientation="horizontal",
+        widths=0.6,
+        whis=(0, 100),
+        medianprops={"color": "#D55E00", "linewidth": 1.6},
+        boxprops={"linewidth": 0.8},
+        whiskerprops={"linewidth": 0.8},
+        capprops={"linewidth": 0.8},
+    )
+    if not log:
+        # One method far off must not flatten the others: the axis ends below the middle of them.
+        medians = np.array([np.median(number) for number in numbers])
+        top = max(number.max() for number in numbers)
+        low = max(
+            min(number.min() for number in numbers),
+            top - 3.0 * (top - np.quantile(medians, 0.25)) - 1.0,
+        )
+        axis.set_xlim(low - 0.05 * (top - low), top + 0.05 * (top - low))
+        for row, number in enumerate(numbers, start=1):
+            if np.median(number) < low:
+                axis.annotate(
+                    f"← {np.median(number):.0f}",
+                    (low, row),
+                    fontsize=7,
+                    va="center",
+                    color="#D55E00",
+                )
+    axis.set_yticks(range(1, len(names) + 1), names if first else [""] * len(names), fontsize=7)
+
+
+def picture(seeds: range, people: Sequence[tuple[str, int]]) -> Picture:
+    """Draws a row of panels for each of 5R random, 5R blocks, EXP1 and EXP2."""
+    drawn, axes = panels(
+        4,
+        4,
+        "Methods one step ahead (paper's Fig. 4). Box: quartiles; whiskers: all "
+        f"{len(seeds)} operators (5R), all {len(people)} simulated people (EXP1, EXP2). "
+        f"Errors of rounding stand at {ROUNDING:g}.",
+        size=(13.0, 11.5),
+    )
+    rows = (
+        ("5R, samples held out at random", lambda what: planar_values("random", seeds, what)),
+        ("5R, last 30 % of the time held out", lambda what: planar_values("block", seeds, what)),
+        ("EXP1: same ways, later repetitions", lambda what: led_values("EXP1", people, what)),
+        ("EXP2: trained on other motion", lambda what: led_values("EXP2", people, what)),
+    )
+    for row, (title, values) in zip(axes, rows, strict=True):
+        for axis, (what, words, log) in zip(row, PANELS, strict=True):
+            first = axis is row[0]
+            _boxes(axis, values(what), log, first)
+            label(axis, title=words, y=title if first else "")
+    return drawn
