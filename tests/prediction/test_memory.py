@@ -13,7 +13,12 @@ from prediction import (
     MinimumNormIk,
     NullSpaceMemory,
     PredictionError,
+    TrainingOptions,
     demonstrations_from_samples,
+    model_bytes,
+    model_from_bytes,
+    score_method,
+    train_operator,
 )
 from prediction.memory import elapsed_in
 from prediction.null_space import weighted_pseudo_inverse
@@ -27,21 +32,20 @@ def strays():
     """A planar arm, two takes: least-norm, plus a null-space residual that lasts `TAU`."""
     chain, rng, count = PlanarChain(), np.random.default_rng(5), 3000
     time_s = np.arange(count) * DT
-    rate, phase, swing = rng.uniform(0.5, 2, 8), rng.uniform(0, 6, 8), rng.normal(0, 0.08, (8, 5))
-    q = (
-        np.deg2rad([90.0, -25.0, -25.0, -60.0, -20.0])
-        + np.sin(time_s[:, None] * rate + phase) @ swing
-    )
-    still = demonstrations_from_samples(chain, q, np.zeros_like(q), time_s, time_s // 30.0)
-    J = still.jacobian
-    projector = np.eye(5) - np.linalg.pinv(J) @ J
-    kept = np.exp(-DT / TAU)
-    residual = np.zeros_like(q)
-    kicks = np.sqrt(1 - kept**2) * 0.1 * rng.normal(size=q.shape)
+    start = np.deg2rad([90.0, -25.0, -25.0, -60.0, -20.0])
+    pace, swing = rng.uniform(1.0, 3.0, (4, 1)), rng.normal(0, 0.05, (4, 2))
+    kept, half = np.exp(-DT / TAU), count // 2
+    q, qdot, residual = (np.zeros((count, 5)) for _ in range(3))
     for t in range(count):
-        residual[t] = projector[t] @ (kept * residual[t - 1] + kicks[t])
-    qdot = np.einsum("tnm,tm->tn", np.linalg.pinv(J), rng.normal(0, 0.1, (count, 2))) + residual
-    return replace(still, qdot=qdot), residual
+        q[t] = start if t % half == 0 else q[t - 1] + DT * qdot[t - 1]
+        J = chain.arm.jacobian(q[t])
+        kick = np.sqrt(1 - kept**2) * 0.05 * rng.normal(size=5)
+        last = 0.0 if t % half == 0 else residual[t - 1]
+        residual[t] = (np.eye(5) - np.linalg.pinv(J) @ J) @ (kept * last + kick)
+        led = (pace * np.cos(pace * time_s[t]) * swing).sum(axis=0)
+        qdot[t] = np.linalg.pinv(J) @ led + residual[t]
+    takes = np.arange(count) // half
+    return demonstrations_from_samples(chain, q, qdot, time_s, takes), residual
 
 
 def test_memory_of_a_known_process_is_recovered(strays):
@@ -116,6 +120,22 @@ def test_density_with_memory_is_that_of_the_predicted_law(strays, name):
     for i, covariance in enumerate(told.covariance(SIGMA_X)):
         full = multivariate_normal(told.mean[i], covariance, allow_singular=True)
         assert parts.total[i] == pytest.approx(full.logpdf(test.qdot[i]), abs=1e-5)
+
+
+def test_a_trained_model_keeps_its_memory_and_is_scored_with_it(strays):
+    train, test = strays[0].take(slice(0, 500)), strays[0].take(slice(1500, 1800))
+    options = TrainingOptions(method="cov-ik", tasks=("position",))
+    model = train_operator(PlanarChain(), train, seed=1, options=options)
+    memory = model.fitted(task="position").memory
+    assert memory == model_from_bytes(model_bytes(model)).fitted(task="position").memory
+    assert memory.time_s == pytest.approx(TAU, rel=0.5)
+    score = score_method(
+        model, "cov-ik", test, np.random.default_rng(0), task="position", chain=PlanarChain()
+    )
+    told = score.with_previous
+    assert told["log_likelihood"] > score.log_likelihood + 0.5
+    assert told["rmse_rad_s"] < 0.8 * score.rmse_rad_s
+    assert told["coverage90_one_step"] == pytest.approx(0.9, abs=0.06)
 
 
 def test_a_memory_that_cannot_be_is_refused():
