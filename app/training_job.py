@@ -180,7 +180,7 @@ def training_job(
             "on all recordings together"
         )
     known = skeleton.subject
-    for what, said, held in (
+    for quantity, said, held in (
         ("height", height_m, known.height_m),
         ("mass", mass_kg, known.mass_kg),
         ("sex", sex, known.sex),
@@ -189,7 +189,7 @@ def training_job(
     ):
         if said is not None and said != held:
             raise InvalidRequest(
-                f"The model is of {what} {held}, got {said}: one model per person and chain. "
+                f"The model is of {quantity} {held}, got {said}: one model per person and chain. "
                 "Leave it out to take the model's."
             )
     if not takes:
