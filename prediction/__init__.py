@@ -8,6 +8,7 @@ from prediction.add_demonstrations import (
 )
 from prediction.chain import JointReduction, Task, TaskChain
 from prediction.cov_ik import CovIk
+from prediction.demonstration_check import check_demonstrations
 from prediction.demonstrations import (
     Demonstrations,
     demonstrations_from_samples,
@@ -26,6 +27,7 @@ from prediction.errors import (
     UnsupportedMethodError,
 )
 from prediction.evaluate import (
+    HORIZONS_S,
     MethodScore,
     compare_methods,
     score_method,
@@ -63,6 +65,7 @@ from prediction.promp import ProMp
 from prediction.reaches import Reaches, find_reaches
 from prediction.rollout import Follower, HandNoise, Rollout
 from prediction.splits import Split, splits_by_primitive, splits_by_reach, splits_of
+from prediction.standing import standing_frames
 from prediction.train import train_operator
 from prediction.training_options import TrainingOptions
 
@@ -70,6 +73,7 @@ __all__ = [
     "BASELINES",
     "BASES",
     "HANDS",
+    "HORIZONS_S",
     "METHODS",
     "PAPERS_WAY",
     "Base",
@@ -124,6 +128,7 @@ __all__ = [
     "UnsupportedMethodError",
     "WIk",
     "add_demonstrations",
+    "check_demonstrations",
     "check_same_person",
     "compare_methods",
     "compare_on_splits",
@@ -148,6 +153,7 @@ __all__ = [
     "splits_by_primitive",
     "splits_by_reach",
     "splits_of",
+    "standing_frames",
     "train_operator",
     "with_earlier",
 ]

@@ -1,5 +1,7 @@
 """``ergocast benchmark prediction FOLDER``: the methods on a person's own recordings."""
 
+import csv
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,7 +9,7 @@ import typer
 from rich.table import Table
 
 from app.cli.output import Json, console, print_json, progress_bar, show
-from app.cli.train import Hand, Height, Mass, Method, Optimizer, Sex
+from app.cli.train import Base, Hand, Height, Mass, Method, Optimizer, Sex
 from app.plain import plain
 from app.problems import InvalidRequest
 
@@ -18,15 +20,24 @@ if TYPE_CHECKING:
 _DESIGNS = {
     "part": "Each quarter of the recordings held out in turn",
     "recording": "Each recording held out in turn",
+    "same": "Same primitive (EXP1): a quarter of its takes held out, trained on its others",
+    "other": "Other motion (EXP2): a primitive held out, trained on all others",
 }
 
 
 def prediction(
-    folder: Annotated[Path, typer.Argument(help="Recordings of one person, MVNX, BVH, C3D, TRC.")],
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            help="Recordings of one person (MVNX, BVH, C3D, TRC). Where they lie in sub-folders, "
+            "each sub-folder is a primitive: takes of the same motion."
+        ),
+    ],
     height: Height,
     mass: Mass,
     sex: Annotated[Sex, typer.Option(help="For the mass distribution.")] = Sex.UNKNOWN,
-    hand: Annotated[Hand, typer.Option(help="The hand that is led.")] = Hand.RIGHT,
+    hand: Annotated[Hand, typer.Option(help="The hand that is led, or both.")] = Hand.RIGHT,
+    base: Annotated[Base, typer.Option(help="What of the body stays in place.")] = Base.PELVIS,
     method: Annotated[
         list[Method] | None,
         typer.Option(help="Compare this one (may be repeated); all unless given."),
@@ -39,12 +50,17 @@ def prediction(
         list[str] | None, typer.Option(help="Go on in spite of this finding (may be repeated).")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for scores.json and a picture of the errors.")
+        Path | None,
+        typer.Option(help="Folder for the table, every split's scores and the picture."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Compares every prediction method on held-out parts of a person's own recordings."""
-    from app.method_comparison import METHODS, compare_folder
+    """Compares every prediction method on held-out parts of a person's own recordings.
+
+    A recording that cannot be read or used is named and left out. Recordings of different people
+    are refused.
+    """
+    from app.method_comparison import compare_folder
     from human import Subject
     from prediction import TrainingOptions
 
@@ -52,15 +68,21 @@ def prediction(
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
     with progress_bar(as_json) as bar:
         task = bar.add_task("reading", total=1.0)
+
+        def tell(what: str, done: float, likelihood: float | None) -> None:
+            shown = what if likelihood is None else f"{what} ({likelihood:.1f} nats)"
+            bar.update(task, description=shown, completed=done)
+
         found = compare_folder(
             folder,
             Subject(height, mass, sex.value),
             hand.value,
-            methods=[one.value for one in method] if method else METHODS,
+            methods=[one.value for one in method] if method else None,
             seed=seed,
             options=TrainingOptions(optimizer=optimizer.value),
             accept=accept or [],
-            progress=lambda what, done: bar.update(task, description=what, completed=done),
+            base=base.value,
+            progress=tell,
         )
     written = [] if out is None else _write(found, out)
     if as_json:
@@ -72,10 +94,15 @@ def prediction(
         page.print(_against_cov_ik(rows))
     for result in found.results:
         if result.problem:
-            page.print(f"{result.split[1]} was left out: {result.problem}")
+            page.print(f"{result.split[1]} could not be trained on: {result.problem}")
+    for one in found.left_out:
+        page.print(f"{one.name} was left out: {one.reason}")
+    for primitive, files in found.files.items():
+        page.print(f"{primitive}: {', '.join(files)}")
     page.print(
-        f"{len(found.files)} recording(s). Root mean square joint error of roll-outs from measured "
-        "starts, geometric mean over splits. One person's recordings say nothing of other people."
+        "Joint error: root mean square of roll-outs from measured starts, geometric mean over "
+        "splits. Brackets: 95 % of the mean over splits, which share most of their training; "
+        "recordings of one person say nothing of other people."
     )
     for note in dict.fromkeys(found.notes):
         page.print(f"Note: {note}")
@@ -84,21 +111,26 @@ def prediction(
 
 
 def _errors(design: str, rows: "list[PairedRow]") -> Table:
-    table = Table(title=f"{_DESIGNS[design]}: joint error [deg]", title_justify="left", box=None)
+    title = f"{_DESIGNS[design]} ({rows[0].splits} splits): joint error [deg]"
+    table = Table(title=title, title_justify="left", box=None)
     horizons = list(rows[0].rollout_rmse_deg)
     table.add_column("method", no_wrap=True)
-    for title in (*(f"{seconds} s" for seconds in horizons), "nats", "cover 90 %", "width"):
+    ends = ("nats", "cover 90 %", "width", "hand mm")
+    for title in (*(f"{seconds} s" for seconds in horizons), *ends):
         table.add_column(title, justify="right")
     for row in rows:
         cells = [f"{row.rollout_rmse_deg[seconds]:.2f}" for seconds in horizons]
-        ends = ("–" if row.coverage90 is None else f"{row.coverage90:.2f}", show(row.width_deg))
-        table.add_row(row.method, *cells, f"{row.nats:.1f}", *ends)
+        cover = "–" if row.coverage90 is None else f"{row.coverage90:.2f}"
+        hand = "–" if row.hand_m is None else f"{1e3 * row.hand_m:.3f}"
+        table.add_row(row.method, *cells, f"{row.nats:.1f}", cover, show(row.width_deg), hand)
     return table
 
 
 def _against_cov_ik(rows: "list[PairedRow]") -> Table:
     table = Table(
-        title="Over cov-ik's, and in how many splits better", title_justify="left", box=None
+        title="Over cov-ik's [95 % of the mean], and in how many splits better",
+        title_justify="left",
+        box=None,
     )
     horizons = list(rows[0].rollout_rmse_deg)
     table.add_column("method", no_wrap=True)
@@ -110,47 +142,50 @@ def _against_cov_ik(rows: "list[PairedRow]") -> Table:
         cells = []
         for seconds in horizons:
             wins, count = row.rollout_wins[seconds]
-            cells.append(f"x{row.rollout_ratio[seconds]:.2f} ({wins}/{count})")
+            interval = row.rollout_interval[seconds]
+            cells.append(_ratio(row.rollout_ratio[seconds], interval, wins, count))
+        one_step = _ratio(row.rmse_ratio, row.rmse_interval, row.rmse_wins, row.splits)
         more = f"{row.nats_more:+.1f} ({row.nats_wins}/{row.splits})"
-        table.add_row(row.method, *cells, f"x{row.rmse_ratio:.2f}", more)
+        table.add_row(row.method, *cells, one_step, more)
     return table
 
 
+def _ratio(ratio: float, interval: tuple[float, float] | None, wins: int, count: int) -> str:
+    between = "" if interval is None else f" [{interval[0]:.2f} {interval[1]:.2f}]"
+    return f"x{ratio:.2f}{between} {wins}/{count}"
+
+
 def _write(found: "Comparison", out: Path) -> list[Path]:
-    from app.files import write_json
+    from app.files import write_bytes, write_json
+    from app.method_figure import draw
 
     out.mkdir(exist_ok=True)
-    scores, picture = out / "scores.json", out / "errors.png"
+    scores, table, picture = out / "scores.json", out / "splits.csv", out / "errors.png"
     write_json(scores, plain(found.to_dict()))
-    _draw(found, picture)
-    return [scores, picture]
+    write_bytes(table, _csv(found).encode())
+    draw(found.tables, _DESIGNS, {"": found.results}, picture)
+    return [scores, table, picture]
 
 
-def _draw(found: "Comparison", path: Path) -> None:
-    """Draws joint error against horizon, and coverage, a column for each design."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+def _csv(found: "Comparison") -> str:
+    """Returns a row for each split and method, SI units and degrees as the columns say."""
+    from prediction import HORIZONS_S
 
-    figure = Figure(figsize=(5.5 * len(found.tables), 8.0), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(2, len(found.tables), squeeze=False)
-    for column, (design, rows) in enumerate(found.tables.items()):
-        upper, lower = axes[0, column], axes[1, column]
-        for row in rows:
-            seconds = [float(key) for key in row.rollout_rmse_deg]
-            upper.plot(seconds, list(row.rollout_rmse_deg.values()), marker="o", label=row.method)
-        upper.set_title(_DESIGNS[design], fontsize=10)
-        upper.set_xlabel("horizon [s]")
-        upper.set_ylabel("joint error, RMS [deg]")
-        upper.grid(alpha=0.3)
-        upper.legend(fontsize=8)
-        names = [row.method for row in rows if row.coverage90 is not None]
-        lower.barh(names, [row.coverage90 for row in rows if row.coverage90 is not None])
-        lower.axvline(0.9, color="k", lw=1, ls="--")
-        lower.set_xlim(0.0, 1.0)
-        lower.invert_yaxis()
-        lower.set_xlabel("share of postures in the 90 % band")
-    figure.savefig(path, dpi=110)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    horizons = [f"{seconds:g}" for seconds in HORIZONS_S]
+    plainly = ("log_likelihood", "rmse_rad_s", "coverage90_one_step")
+    closed = ("coverage90_rollout", "band_width_deg", "rollout_hand_mean_m")
+    errors = [f"joint_error_{seconds}s_deg" for seconds in horizons]
+    writer.writerow(["design", "held_out", "method", *plainly, *errors, *closed])
+    for result in found.results:
+        for score in result.scores.values():
+            values = score.to_dict()
+            at = [score.rollout_rmse_deg_at.get(seconds, "") for seconds in horizons]
+            ends = ["" if values[name] is None else values[name] for name in closed]
+            row = [*result.split, score.method, *(values[name] for name in plainly), *at, *ends]
+            writer.writerow(row)
+    return stream.getvalue()
 
 
 def register(cli: typer.Typer) -> None:

@@ -16,15 +16,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from app.method_figure import draw
 from app.problems import AppError
 from app.takes import takes_of
-from app.training import Hand, motions_of
+from app.training import motions_of
 from benchmarks.figure import Figure, shown
-from benchmarks.prediction.real_motion_tables import draw, pooled_tables, split_table
+from benchmarks.prediction.real_motion_tables import pooled_tables, split_table
 from human import Chain, HumanError, Subject
 from prediction import (
     PAPERS_WAY,
     Demonstrations,
+    Hand,
     PairedRow,
     PredictionError,
     Split,
@@ -208,7 +210,7 @@ def compared(folder: Path, person: Person, full: bool, tell: Tell) -> Result:
             METHODS,
             seed=SEED,
             options=TrainingOptions(optimizer="gradient"),
-            also={"paper's way": BY_GRADIENT},
+            also={"paper": BY_GRADIENT},
             samples=SAMPLES,
         )
     if scores and not any(one.scores for one in scores):
@@ -238,7 +240,10 @@ def figures(folder: Path, full: bool = False, picture: Path | None = None) -> It
     tables = pooled(found)
     print(pooled_tables(tables))
     if picture is not None:
-        draw({one.person.name: one.scores for one in found}, tables, picture)
+        headings = {
+            design: f"{design} ({rows[0].splits} splits)" for design, rows in tables.items()
+        }
+        draw(tables, headings, {one.person.name: one.scores for one in found}, picture)
     hands = [
         1e3 * score.rollout_hand_mean_m
         for result in found

@@ -1,22 +1,11 @@
-"""How the comparison on real recordings is shown: a row a split and method, tables, a picture."""
+"""How the comparison on real recordings is shown: a row a split and method, and tables."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-
-import numpy as np
 
 from prediction import MethodScore, PairedRow, SplitScores
 
 _HORIZONS = ("0.25", "0.5", "1", "2")
-_ORDER = ("auto", "mi-nsgp", "locov-ik", "cc-gp", "cov-ik", "minimum-norm", "paper's way")
-#: Told apart also by those who see no red or green.
-_COLOURS = dict(
-    zip(
-        _ORDER,
-        ("#000000", "#0072b2", "#e69f00", "#009e73", "#999999", "#cc79a7", "#d55e00"),
-        strict=True,
-    )
-)
+_ORDER = ("auto", "mi-nsgp", "locov-ik", "cc-gp", "cov-ik", "minimum-norm", "paper")
 
 
 def split_table(scores: Sequence[SplitScores]) -> str:
@@ -96,63 +85,3 @@ def _lost(rows: Sequence[PairedRow]) -> str:
     if not said:
         return "MI-NsGP errs less than Cov-IK at every horizon"
     return f"MI-NsGP loses to Cov-IK at {', '.join(said)}"
-
-
-def draw(
-    scores: Mapping[str, Sequence[SplitScores]],
-    tables: Mapping[str, Sequence[PairedRow]],
-    path: Path,
-) -> None:
-    """Draws joint error over Cov-IK's: against horizon, and split by split at half a second.
-
-    Args:
-        scores: By data set.
-        tables: By design, over all data sets.
-        path: The picture.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(4.2 * len(tables), 7.6), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(2, len(tables), squeeze=False, sharey="row")
-    markers = dict(zip(scores, "osv^D", strict=False))
-    for column, (design, rows) in enumerate(tables.items()):
-        above, below = axes[0, column], axes[1, column]
-        shown = [name for name in _ORDER if name != "cov-ik"]
-        for row in sorted(rows, key=lambda row: _ORDER.index(row.method)):
-            seconds = [float(h) for h in row.rollout_ratio]
-            above.plot(
-                seconds, list(row.rollout_ratio.values()), marker="o", ms=4,
-                color=_COLOURS[row.method], label=row.method,
-                lw=2.5 if row.method == "auto" else 1.3,
-            )  # fmt: skip
-        above.set_title(f"{design} ({rows[0].splits} splits)")
-        above.set_xlabel("horizon [s]")
-        for place, name in enumerate(shown):
-            for data, some in scores.items():
-                at = [_at_half(one, name) for one in some if one.split[0] == design]
-                there = [ratio for ratio in at if ratio is not None]
-                beside = place + 0.4 * ((np.arange(len(there)) + 0.5) / max(len(there), 1) - 0.5)
-                below.plot(beside, there, markers[data], ms=5, alpha=0.8, color=_COLOURS[name])
-        below.set_xticks(range(len(shown)), shown, rotation=40, ha="right")
-        for axis in (above, below):
-            axis.axhline(1.0, color=_COLOURS["cov-ik"], lw=1)
-            axis.set_yscale("log", base=2)
-            axis.yaxis.set_major_formatter("x{x:g}")
-            axis.grid(alpha=0.3)
-    axes[0, 0].set_ylabel("joint error over Cov-IK's, mean")
-    axes[1, 0].set_ylabel("the same at 0.5 s, split by split")
-    axes[0, 0].legend(fontsize=8)
-    for data, marker in markers.items():
-        if scores[data]:
-            axes[1, 0].plot([], [], marker, color="0.4", label=data)
-    axes[1, 0].legend(fontsize=8)
-    figure.savefig(path, dpi=110)
-
-
-def _at_half(split: SplitScores, name: str) -> float | None:
-    ours, cov = split.scores.get(name), split.scores.get("cov-ik")
-    if ours is None or cov is None or "0.5" not in ours.rollout_rmse_deg_at:
-        return None
-    return ours.rollout_rmse_deg_at["0.5"] / cov.rollout_rmse_deg_at["0.5"]
