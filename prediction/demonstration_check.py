@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from prediction.chain import TaskChain, held_tips
 from prediction.demonstrations import Demonstrations
 from prediction.errors import DemonstrationError
+from prediction.held_out import Stretches
 
 Array = NDArray[np.float64]
 
@@ -44,8 +45,8 @@ def check_demonstrations(chain: TaskChain, demonstrations: Demonstrations) -> tu
     if len(demonstrations) < 2:
         raise DemonstrationError("one sample is no demonstration: give a recorded motion")
     steps = _Steps.of(demonstrations)
-    _check_angles(chain, demonstrations)
     _check_steps(demonstrations, steps)
+    _check_angles(chain, demonstrations)
     position, rotation, _ = chain.forward_and_jacobian(demonstrations.q)
     if rotation.ndim == 3:
         position, rotation = position[:, None], rotation[:, None]
@@ -56,6 +57,7 @@ def check_demonstrations(chain: TaskChain, demonstrations: Demonstrations) -> tu
     linear = demonstrations.xdot[:, : demonstrations.linear_rows]
     velocity = linear.reshape(*rotation.shape[:2], -1)[:, led]
     return (
+        *_short(demonstrations),
         *_holes(demonstrations, steps),
         *_repeats(demonstrations, steps),
         *_directions(velocity),
@@ -110,8 +112,8 @@ def _check_steps(demonstrations: Demonstrations, steps: _Steps) -> None:
         row, joint = np.argwhere(jump)[0]
         raise DemonstrationError(
             f"{demonstrations.joint_names[joint]} jumps by {change[row, joint]:.2f} rad in "
-            f"{steps.seconds[row]:.3f} s before sample {steps.index[row] + 1}: unwrap the angles, "
-            "or cut the take there"
+            f"{steps.seconds[row]:.3f} s before sample {steps.index[row] + 1}: angles are in rad; "
+            "unwrap them, or cut the take there"
         )
 
 
@@ -150,6 +152,15 @@ def _check_rates(demonstrations: Demonstrations, steps: _Steps) -> None:
             f"velocities are x{ratio:.3g} of what the angles change by (correlation "
             f"{correlation:.2f}): expected rad/s and rad, times in s, samples in the order of time"
         )
+
+
+def _short(demonstrations: Demonstrations) -> list[str]:
+    if len(Stretches.of(demonstrations).index):
+        return []
+    return [
+        "every take is too short for a roll-out: bands are a guess, and the choice of method rests "
+        "on single steps"
+    ]
 
 
 def _holes(demonstrations: Demonstrations, steps: _Steps) -> list[str]:

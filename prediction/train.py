@@ -16,11 +16,12 @@ from human.threads import single_threaded
 from prediction.chain import TASKS, Task, TaskChain
 from prediction.choice import Choice, choose_method
 from prediction.demonstration_check import check_demonstrations
-from prediction.demonstrations import Demonstrations, find_reduction
+from prediction.demonstrations import SAMPLES_PER_JOINT, Demonstrations, find_reduction
 from prediction.familiarity import Familiarity
 from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kept_samples import KeptSamples, TakeSource
+from prediction.law_search import WeightKind
 from prediction.methods import AUTO, METHODS, method_class
 from prediction.mi_nsgp import MiNsGp
 from prediction.model_file import VERSION, model_bytes, model_from_bytes
@@ -31,6 +32,9 @@ from prediction.training_options import TrainingOptions
 
 Array = NDArray[np.float64]
 
+#: Samples W and kernel are searched on where a part of the demonstrations is left out; twice as many
+#: and a search from nothing ended within .02 deg and .4 nats of it.
+ANEW_SAMPLES = 300
 #: Processor time of a fit beside that of Cov-IK, for the share done that is reported.
 _WORK: Mapping[str, float] = {
     "mi-nsgp": 12.0,
@@ -85,6 +89,38 @@ def fit_predictor(
     return cls.fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
 
+def fit_anew(
+    predictor: Predictor,
+    part: Demonstrations,
+    rng: np.random.Generator,
+    options: TrainingOptions,
+    should_stop: ShouldStop | None = None,
+) -> Predictor:
+    """Fits a method to a part of its demonstrations, so that the rest is new to it.
+
+    W and kernel of `MiNsGp` are searched anew, from those of the whole and on `ANEW_SAMPLES`. Left
+    as they were they would tell of the rest: on 19 s of real motion that made held-out roll-outs
+    err x.79 of what they do. The few numbers of other methods stay, which made no difference there.
+    """
+    enough = len(part) >= SAMPLES_PER_JOINT * len(part.joint_names)
+    if not isinstance(predictor, MiNsGp) or not enough or options.criterion == "in-sample":
+        return predictor.refitted(part)
+    criterion = options.resolved_criterion
+    weights: WeightKind = "diagonal" if predictor.law.correlation is None else "correlated"
+    light = replace(
+        options,
+        optimizer="gradient",
+        engine="fast",
+        criterion="marginal" if criterion == "marginal" else "held-out",
+        weights=weights,
+        max_samples=min(options.max_samples, ANEW_SAMPLES),
+    )
+    found = fit_predictor(
+        predictor.name, part, rng, light, should_stop=should_stop, start=predictor
+    )
+    return found.refitted(part)
+
+
 @single_threaded
 def train_operator(
     chain: TaskChain,
@@ -125,10 +161,10 @@ def train_operator(
     """
     options = TrainingOptions() if options is None else options
     samples = KeptSamples.of(demonstrations, takes)
+    findings = check_demonstrations(chain, demonstrations)
     reduction = find_reduction(demonstrations)
     learned = demonstrations.reduced(reduction)
     learned.check_enough()
-    findings = check_demonstrations(chain, demonstrations)
     limits = JointLimits(reduction.expansion, chain.lower, chain.upper)
     limits = limits.widened_to(demonstrations.q)
     q = demonstrations.q
@@ -231,6 +267,7 @@ class _Job:
             task,
             rng,
             blocks=self.options.blocks,
+            refit=lambda part: fit_anew(predictor, part, rng, self.options, self.should_stop),
             should_stop=self.should_stop,
         )
         metrics = {
