@@ -1,5 +1,6 @@
 """What a method does on motion it was not fitted on: roll-outs from measured starts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -220,13 +221,13 @@ def calibrate(
     *,
     blocks: int = 4,
     samples: int = 16,
+    refit: Callable[[Demonstrations], Predictor] | None = None,
     should_stop: ShouldStop | None = None,
 ) -> Calibration:
     """Measures a method's bands on contiguous blocks of its demonstrations, each left out in turn.
 
     Blocks, not single samples: neighbours in time repeat each other, and a band fitted on repeats
-    is too narrow for anything new. Hyper-parameters and W stay those of all demonstrations (a
-    handful of numbers); the process, the covariance and the familiarity are those of the rest.
+    is too narrow for anything new.
 
     Args:
         predictor: Fitted on all of them.
@@ -238,6 +239,8 @@ def calibrate(
         rng: Randomness of the sampled check.
         blocks: Parts.
         samples: Sampled postures in the check.
+        refit: Fits the method to a part, learned joints only; by default with the hyper-parameters
+            of all, which flatters a method that has more than a handful of them.
         should_stop: Asked for each block.
 
     Returns:
@@ -253,7 +256,7 @@ def calibrate(
     white, inside = [], []
     for block in learned.blocks(blocks):
         check_stop(should_stop)
-        fitted = predictor.refitted(learned.take(~block))
+        fitted = (refit or predictor.refitted)(learned.take(~block))
         held = learned.take(block)
         parts.append((fitted, held))
         white.append(fitted.standardised_residuals(held))
