@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from prediction.kernels import InputScaling
-from prediction.marginal_likelihood import TargetScorer, clip_theta
+from prediction.marginal_likelihood import LOG_NOISE_BOUNDS, TargetScorer
 
 Array = NDArray[np.float64]
 
@@ -26,11 +26,14 @@ class GpytorchEngine:
         xdot: Training hand velocities, ``(N, m)``.
     """
 
+    noise_bounds: tuple[float, float] = LOG_NOISE_BOUNDS
+
     def __init__(self, scaling: InputScaling, q: Array, xdot: Array) -> None:
         """Keeps the inputs; length-scales act on them later, so that torch can differentiate."""
         plain = scaling.inputs(q, xdot, np.zeros(scaling.scales))
         self._inputs = torch.tensor(plain, dtype=torch.float64)
         self._joints, self._scales = q.shape[1], scaling.scales
+        self._constant_mean = scaling.constant_mean
         self._kernel = gpytorch.kernels.RBFKernel().double()
         self._kernel.lengthscale = torch.tensor(1.0, dtype=torch.float64)
         self._kernel.requires_grad_(False)
@@ -50,6 +53,7 @@ class GpytorchEngine:
             one = torch.ones(count, 1, dtype=torch.float64)
             solved = torch.cholesky_solve(torch.cat([Y, one], dim=1), torch.linalg.cholesky(K))
             mean = (one.T @ solved[:, :-1]) / (one.T @ solved[:, -1:])
+            mean = mean if self._constant_mean else torch.zeros_like(mean)
             S = (Y - mean).T @ (solved[:, :-1] - solved[:, -1:] @ mean) / count
             root = torch.linalg.cholesky(0.5 * (S + S.T))
         white = torch.linalg.solve_triangular(root, (Y - mean).T, upper=False)
@@ -68,26 +72,17 @@ class GpytorchEngine:
         with torch.no_grad():
             return float(self.score(torch.tensor(theta), torch.tensor(Y)))
 
-    def optimise(self, theta: Array, Y: Array, iterations: int) -> Array:
-        """See `LikelihoodEngine.optimise`; L-BFGS on torch's gradient."""
-        start = clip_theta(theta)
-        free = torch.tensor(start, requires_grad=True)
-        targets = torch.tensor(Y)
-        search = torch.optim.LBFGS([free], max_iter=iterations, line_search_fn="strong_wolfe")
-
-        def closure() -> Any:
-            search.zero_grad()
-            loss = -self.score(free, targets)
-            loss.backward()
-            return loss
-
+    def slopes(self, theta: Array, Y: Array) -> tuple[float, Array, Array]:
+        """See `LikelihoodEngine.slopes`, by automatic differentiation."""
+        free = torch.tensor(theta, requires_grad=True)
+        targets = torch.tensor(Y, requires_grad=True)
         try:
-            search.step(closure)  # type: ignore[no-untyped-call]
-        except torch.linalg.LinAlgError:  # type: ignore[attr-defined]
-            return start  # a trial step left the kernel singular
-        best = clip_theta(free.detach().numpy())
-        improved = self.log_likelihood(best, Y) >= self.log_likelihood(start, Y)
-        return best if improved else start
+            value = self.score(free, targets)
+        except torch.linalg.LinAlgError as error:  # type: ignore[attr-defined]
+            raise np.linalg.LinAlgError("the kernel matrix is singular") from error
+        value.backward()
+        assert free.grad is not None and targets.grad is not None
+        return float(value.detach()), _array(free.grad), _array(targets.grad)
 
     def scorer(self, theta: Array) -> TargetScorer:
         """See `LikelihoodEngine.scorer`."""
@@ -99,18 +94,12 @@ class GpytorchScorer:
 
     def __init__(self, engine: GpytorchEngine, theta: Array) -> None:
         """Keeps both."""
-        self._engine, self._theta = engine, torch.tensor(theta)
+        self._engine, self._theta = engine, theta
 
     def scores(self, targets: Array) -> Array:
         """See `TargetScorer.scores`; the noise ratio is not profiled here."""
-        with torch.no_grad():
-            values = [float(self._engine.score(self._theta, torch.tensor(Y))) for Y in targets]
-        return np.array(values)
+        return np.array([self._engine.log_likelihood(self._theta, Y) for Y in targets])
 
-    def score_and_slope(self, target: Array) -> tuple[float, Array]:
-        """See `TargetScorer.score_and_slope`, by automatic differentiation."""
-        Y = torch.tensor(target, requires_grad=True)
-        value = self._engine.score(self._theta, Y)
-        value.backward()
-        assert Y.grad is not None
-        return float(value.detach()), np.array(Y.grad.numpy(), dtype=np.float64)
+
+def _array(tensor: torch.Tensor) -> Array:
+    return np.array(tensor.numpy(), dtype=np.float64)

@@ -11,15 +11,16 @@ constant estimated from strongly correlated samples would be carried everywhere.
 Derived here (and known as the block form of leave-one-out, Rasmussen and Williams, section 5.4.2):
 with ``A = (K + rho I)^-1`` the prediction error of block B given all other samples is
 ``A_BB^-1 (A Y)_B`` and its covariance ``A_BB^-1 (x) S``. Only the diagonal of ``A_BB^-1`` is used:
-each sample is scored on its own. Its error is linear in Y, so W keeps its exact gradient.
+each sample is scored on its own. Errors are linear in Y, so W keeps its exact gradient.
+
+With each demonstration a part of its own this is the leave-one-trajectory-out density.
 """
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from prediction.kernels import InputScaling
-from prediction.marginal_likelihood import LOG_NOISE_BOUNDS, FastEngine
+from prediction.marginal_likelihood import LOG_NOISE_BOUNDS, FastEngine, inverse_and_log_det
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class HeldOutEngine(FastEngine):
         scaling: Input scaling.
         q: Training postures, ``(N, n)``.
         xdot: Training hand velocities, ``(N, m)``.
-        parts: Masks ``(N,)`` of the contiguous parts.
+        parts: Masks ``(N,)`` of the parts; every sample is in one.
     """
 
     # Human motion is never repeated to better than this; below lies interpolation.
@@ -44,6 +45,11 @@ class HeldOutEngine(FastEngine):
         super().__init__(scaling, q, xdot)
         self._parts = parts
 
+    @property
+    def constant_mean(self) -> bool:
+        """Never, see above."""
+        return False
+
     def log_likelihood(self, theta: Array, Y: Array) -> float:
         """Returns the held-out log density a sample, S at its optimum."""
         try:
@@ -51,14 +57,40 @@ class HeldOutEngine(FastEngine):
         except np.linalg.LinAlgError:
             return -np.inf
 
-    def scorer(self, theta: Array) -> "HeldOutScorer":  # type: ignore[override]
-        """See `LikelihoodEngine.scorer`; the noise ratio is that of theta."""
+    def slopes(self, theta: Array, Y: Array) -> tuple[float, Array, Array]:
+        """See `LikelihoodEngine.slopes`.
+
+        Derived here: with ``M_B = A_BB^-1 A_B`` the errors are ``r_B = M_B Y`` and their variances
+        ``v_B = diag A_BB^-1``. A change of K moves them by ``dr_B = -M_B dK Z_B`` and
+        ``dv_i = M_i dK M_i'``, where ``Z_B = A Y - A_:B r_B`` are the weights of a process
+        conditioned without B. S is at its optimum and adds nothing.
+        """
+        count, size = Y.shape
         K = self.gram(theta)
-        count = len(K)
-        K[np.diag_indices(count)] += np.exp(theta[-1])
-        factor = scipy.linalg.cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
-        A = scipy.linalg.cho_solve(factor, np.eye(count), overwrite_b=True, check_finite=False)
-        residual_map, variance = np.empty_like(A), np.empty(count)
+        A, _ = inverse_and_log_det(self.noisy(K, theta))
+        scorer = self._scorer(A)
+        residual, variance = scorer.residuals(Y)
+        S = (residual / variance[:, None]).T @ residual / count
+        if np.linalg.slogdet(S)[0] <= 0:
+            raise np.linalg.LinAlgError("the targets do not span their space")
+        pull = np.linalg.solve(S, residual.T).T / variance[:, None] / count
+        share = 0.5 * ((residual * pull).sum(axis=1) - size / count) / variance
+        rows = scorer.residual_map
+        by_gram = rows.T @ (share[:, None] * rows)
+        solved = A @ Y
+        left = np.concatenate([rows[part].T @ pull[part] for part in self._parts], axis=1)
+        right = np.concatenate([solved - A[:, p] @ residual[p] for p in self._parts], axis=1)
+        by_gram += left @ right.T
+        by_gram = 0.5 * (by_gram + by_gram.T)
+        value = float(scorer.scores(Y[None])[0])
+        return value, self.by_theta(theta, K, by_gram), -rows.T @ pull
+
+    def scorer(self, theta: Array) -> "HeldOutScorer":
+        """See `LikelihoodEngine.scorer`; the noise ratio is that of theta."""
+        return self._scorer(inverse_and_log_det(self.noisy(self.gram(theta), theta))[0])
+
+    def _scorer(self, A: Array) -> "HeldOutScorer":
+        residual_map, variance = np.empty_like(A), np.empty(len(A))
         for part in self._parts:
             inverse = np.linalg.inv(A[np.ix_(part, part)])
             residual_map[part] = inverse @ A[part]
@@ -78,26 +110,18 @@ class HeldOutScorer:
         """Keeps both."""
         if not (variance > 0).all():
             raise np.linalg.LinAlgError("a held-out variance is not positive")
-        self._map, self._variance = residual_map, variance
+        self.residual_map, self._variance = residual_map, variance
         self._constant = 1.0 + np.log(2 * np.pi) + np.log(variance).mean()
 
     def residuals(self, target: Array) -> tuple[Array, Array]:
         """Returns held-out errors ``(N, k)`` of one target and their variances ``(N,)`` over S."""
-        return np.asarray(self._map @ target), self._variance
+        return np.asarray(self.residual_map @ target), self._variance
 
     def scores(self, targets: Array) -> Array:
         """See `TargetScorer.scores`."""
-        residual = np.matmul(self._map, targets)
+        residual = np.matmul(self.residual_map, targets)
         weighted = residual / self._variance[:, None]
         moment = np.swapaxes(weighted, 1, 2) @ residual / targets.shape[1]
         sign, log_det = np.linalg.slogdet(moment)
         score = -0.5 * (log_det + targets.shape[2] * self._constant)
         return np.where(sign > 0, score, -np.inf)
-
-    def score_and_slope(self, target: Array) -> tuple[float, Array]:
-        """See `TargetScorer.score_and_slope`; ``d score = -tr(S^-1 R' C^-1 dR) / N``."""
-        residual = self._map @ target
-        weighted = residual / self._variance[:, None]
-        S = weighted.T @ residual / len(target)
-        slope = -self._map.T @ np.linalg.solve(S, weighted.T).T / len(target)
-        return float(self.scores(target[None])[0]), slope

@@ -54,6 +54,17 @@ class InputScaling:
         """Number of length-scales."""
         return 2 if self.kind == "separate" else 1
 
+    @property
+    def groups(self) -> list[slice]:
+        """The inputs that share a length-scale, one entry per length-scale."""
+        split = [slice(0, self.joints), slice(self.joints, None)]
+        return split if self.kind == "separate" else [slice(None)]
+
+    @property
+    def constant_mean(self) -> bool:
+        """Whether a process of these inputs has a constant mean, as the paper's has."""
+        return self.kind == "paper"
+
     def inputs(self, q: Array, xdot: Array, log_scale: Array) -> Array:
         """Returns inputs ``(..., n + m)`` whose squared distance is the kernel's exponent.
 

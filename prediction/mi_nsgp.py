@@ -84,8 +84,10 @@ class MiNsGp(Predictor):
             optimizer: ``bipop`` (the paper's), or ``gradient``: the same optimum in fewer
                 evaluations.
             engine: ``fast``, or ``gpytorch`` as the slow reference.
-            criterion: ``marginal`` likelihood as in the paper, or ``held-out``: the density of
-                contiguous parts given the rest, for motion whose samples repeat their neighbours.
+            criterion: ``marginal`` likelihood; ``held-out``: the density of contiguous parts given
+                the rest, for motion whose samples repeat their neighbours;
+                ``leave-one-trajectory-out``: the same, each demonstration a part; ``in-sample``:
+                the paper's, for reproduction only, see `prediction.in_sample`.
             weights: ``diagonal`` W as in the paper; ``correlated``: W has the correlations of the
                 demonstrated joint velocities and its diagonal is searched from theirs, where it is
                 `CovIk`'s; ``auto``: both, and the criterion decides; ``identity``: none learned.
@@ -128,6 +130,11 @@ class MiNsGp(Predictor):
             constant_mean=law.constant_mean,
         )
         return cls(law, process, 1.0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how W was found."""
+        return self.law.notes
 
     @property
     def basis(self) -> NullSpaceBasis:
@@ -181,6 +188,7 @@ class MiNsGp(Predictor):
             "scale": self.scale,
             "score": law.score,
             "evaluations": law.evaluations,
+            "notes": list(law.notes),
         }
         return arrays, values
 
@@ -197,6 +205,7 @@ class MiNsGp(Predictor):
             constant_mean=bool(values["constant_mean"]),
             score=float(values["score"]),
             evaluations=int(values["evaluations"]),
+            notes=tuple(map(str, values.get("notes", ()))),
         )
         return cls(law, process, float(values["scale"]))
 

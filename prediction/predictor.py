@@ -119,6 +119,11 @@ class Predictor(ABC):
         """Fits the method; see the subclasses for what else they take."""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how it was fitted; most methods have nothing to say."""
+        return ()
+
+    @property
     @abstractmethod
     def basis(self) -> NullSpaceBasis:
         """The null-space axes y is written in."""

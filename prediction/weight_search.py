@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 Optimizer = Literal["bipop", "gradient"]
 OPTIMIZERS: tuple[Optimizer, ...] = ("bipop", "gradient")
 
+#: Generations of a leading run of BIPOP after which its score is made anew.
+GENERATIONS = 25
 #: Bound of |log w| about its mean: beyond a ratio of e^8 a joint is locked or free for any purpose.
 LOG_WEIGHT_BOUND = 4.0
 
@@ -152,6 +154,7 @@ def search_bipop(
     max_evaluations: int,
     step: float = 0.5,
     restarts: int = 2,
+    refresh: Callable[[Array], Callable[[Array], Array]] | None = None,
     progress: Progress | None = None,
     should_stop: ShouldStop | None = None,
 ) -> WeightSearch:
@@ -164,6 +167,8 @@ def search_bipop(
         max_evaluations: Budget of candidates.
         step: First standard deviation.
         restarts: Restarts after the first run, alternating large and small populations.
+        refresh: Told the best log weights every `GENERATIONS` of the runs that lead, answers the
+            score to go on with (that of a kernel fitted anew); restarts are scored by the last.
         progress: Told the best score after each generation.
         should_stop: Asked after each generation.
 
@@ -199,7 +204,7 @@ def search_bipop(
             "maxfevals": max_evaluations - spent,
         }
         strategy = cma.CMAEvolutionStrategy(axes.T @ centre, sigma, options)
-        before = spent
+        before, generation, leads = spent, 0, False
         while not strategy.stop() and spent + population <= max_evaluations:
             check_stop(should_stop)
             asked = strategy.ask()
@@ -210,7 +215,11 @@ def search_bipop(
             spent += population
             top = int(np.argmax(values))
             if values[top] > best_score:
-                best, best_score = log_weights[top], float(values[top])
+                best, best_score, leads = log_weights[top], float(values[top]), True
+            generation += 1
+            if refresh is not None and leads and generation % GENERATIONS == 0:
+                score = refresh(best - best.mean())
+                best_score = float(score(best[None])[0])
             if progress is not None:
                 progress("searching the joint weights", spent / max_evaluations, best_score)
         if small_run:

@@ -26,13 +26,13 @@ def problem():
     targets = NullSpaceTargets(demonstrations, basis)
     scaling = InputScaling.of("separate", demonstrations.q, demonstrations.xdot, 2)
     engine = FastEngine(scaling, demonstrations.q, demonstrations.xdot)
-    scorer = engine.scorer(np.array([0.0, 3.0, -5.0]))
+    theta = np.array([0.0, 3.0, -5.0])
 
     def score(log_weights):
-        return scorer.scores(targets.many(log_weights))
+        return np.array([engine.log_likelihood(theta, Y) for Y in targets.many(log_weights)])
 
     def score_and_slope(log_weights):
-        value, slope = scorer.score_and_slope(targets.one(log_weights))
+        value, _, slope = engine.slopes(theta, targets.one(log_weights))
         return value, targets.pull_back(log_weights, slope)
 
     return raw, demonstrations, basis, targets, score, score_and_slope
@@ -68,12 +68,14 @@ def test_gradient_with_correlations_is_the_derivative_too(problem, rng):
     targets = NullSpaceTargets(demonstrations, basis, moment / scale[:, None] / scale)
     scaling = InputScaling.of("separate", demonstrations.q, demonstrations.xdot, 2)
     engine = FastEngine(scaling, demonstrations.q, demonstrations.xdot)
-    scorer = engine.scorer(np.array([0.0, 3.0, -5.0]))
+    theta = np.array([0.0, 3.0, -5.0])
     at = 0.5 * rng.normal(size=5)
-    slope = targets.pull_back(at, scorer.score_and_slope(targets.one(at))[1])
+    slope = targets.pull_back(at, engine.slopes(theta, targets.one(at))[2])
     for j in range(5):
         step = 1e-5 * np.eye(5)[j]
-        up, down = scorer.scores(targets.many(np.stack([at + step, at - step])))
+        up, down = (
+            engine.log_likelihood(theta, targets.one(moved)) for moved in (at + step, at - step)
+        )
         assert slope[j] == pytest.approx((up - down) / 2e-5, rel=1e-4, abs=1e-6)
 
 
