@@ -1,7 +1,7 @@
 """Draws the paper's Fig. 4, 5 and 6 again, from numbers measured here.
 
 ``python -m benchmarks.prediction.paper_figures [--full] [--out DIR]``; ``--full``: ten planar
-operators and ten people instead of three and two. Exit status 1 if a figure misses its bar.
+operators and a person of every kind instead of three and two. Exit status 1 if a bar is missed.
 """
 
 import argparse
@@ -15,7 +15,9 @@ from benchmarks.prediction.paper_figures.every import OUT, figures
 def main() -> int:
     """Draws; returns 1 if a figure misses its bar."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="ten operators and ten people")
+    parser.add_argument(
+        "--full", action="store_true", help="ten planar operators, every kind of person"
+    )
     parser.add_argument("--out", type=Path, default=OUT, help="for the PNGs")
     parser.add_argument("--dpi", type=int, default=110, help="of the PNGs")
     options = parser.parse_args()

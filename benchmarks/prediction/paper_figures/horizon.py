@@ -28,6 +28,7 @@ PIECES = 20
 HAND = ("GP", "MI-NsGP")
 JOINTS = ("MI-NsGP", "MI-NsGP, paper's", "CC-GP", "LoCov-IK", "W-IK", "Cov-IK", "minimum norm")
 STYLES = ("-", "--", "-", "-", ":", "-.", ":")
+COLORS = (*SERIES, "#888888")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +157,7 @@ def picture(found: Mapping[Design, Errors]) -> Picture:
                 each.time_s,
                 each.joints_deg[name],
                 STYLES[index],
-                color=SERIES[index % len(SERIES)],
+                color=COLORS[index],
                 label=name if number == 0 else None,
             )
         top = 1.15 * max(

@@ -16,11 +16,7 @@ from benchmarks.figure import Figure
 from benchmarks.prediction.paper_figures.led_person import LedPerson
 
 #: Joints of the picture; the paper shows roll and pitch of the shoulder.
-JOINTS = {
-    "jRightShoulder_rotx": "shoulder, raised sideways (x)",
-    "jRightShoulder_roty": "shoulder, raised forwards (y)",
-    "jRightShoulder_rotz": "shoulder, across (z)",
-}
+JOINTS = {f"jRightShoulder_rot{axis}": f"right shoulder about {axis}" for axis in "xyz"}
 
 
 def figures(who: LedPerson) -> Iterator[Figure]:
@@ -43,7 +39,10 @@ def figures(who: LedPerson) -> Iterator[Figure]:
 def picture(who: LedPerson, way: int = 0) -> Picture:
     """Draws three angles of the shoulder along one way."""
     drawn, axes = panels(
-        1, len(JOINTS), "The same hand way gone five times, and what was predicted", size=(11, 3.4)
+        1,
+        len(JOINTS),
+        "The same hand way gone five times, and what was predicted of it (angles from the T-pose)",
+        size=(11, 3.4),
     )
     run, time_s = who.predicted[way], who.time_s[way]
     names = list(who.trained.joint_names)
