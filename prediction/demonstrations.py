@@ -20,6 +20,10 @@ DEPENDENCE_RATIO = 0.02
 LOCKED_RATE = 1e-4
 #: Steps in time of at least this many usual ones are holes.
 HOLE = 4.0
+#: Share of the largest singular value below which a Jacobian counts as of less than full rank.
+_SINGULAR = 1e-5
+#: Most samples whose Jacobians are decomposed.
+_LOOKED_AT = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,6 +276,11 @@ def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) 
     what each adds to those before it; a joint that adds less than 2 % of the largest has no motion
     of its own. It then follows the kept ones by least squares.
 
+    Several tips that are held, or hold one object, tie the joints between them to each other in
+    every demonstration. What would move such tips against each other was never shown and is needed
+    all the same, to correct them; so the joint velocities that move each tip are counted as if half
+    of the demonstrations were made of them.
+
     Args:
         demonstrations: All joints.
         task_dim: Rows of the task, to make sure redundancy remains; those of the Jacobian if not
@@ -281,7 +290,8 @@ def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) 
         The learned joints, in chain order, and the expansion to all.
 
     Raises:
-        DemonstrationError: Nothing moves, or too few joints move on their own.
+        DemonstrationError: Nothing moves, too few joints move on their own, or those that move
+            cannot bring every tip where it is led.
 
     Source: ratio and standardisation as measured to work on human recordings; the pivoted QR
     criterion is Golub and Van Loan, Matrix Computations, section 5.4.2.
@@ -292,6 +302,12 @@ def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) 
     task_dim = demonstrations.jacobian.shape[1] if task_dim is None else task_dim
     if len(moving) == 0:
         raise DemonstrationError("no joint moves in the demonstrations: there is nothing to learn")
+    if demonstrations.linear_rows > 3:
+        scaled = demonstrations.jacobian[:, :, moving] * rate[moving]
+        wanted = _corrections(scaled) * rate[moving]
+        corrections = np.zeros((len(wanted), len(rate)))
+        corrections[:, moving] = wanted
+        qdot = np.concatenate([qdot, corrections])
     triangle, order = scipy.linalg.qr(
         qdot[:, moving] / rate[moving], mode="r", pivoting=True, check_finite=False
     )
@@ -308,4 +324,37 @@ def find_reduction(demonstrations: Demonstrations, task_dim: int | None = None) 
     if len(follows):
         solution, *_ = np.linalg.lstsq(qdot[:, kept], qdot[:, follows], rcond=1e-10)
         expansion[follows] = solution.T
+    _check_rank(demonstrations, expansion, rate[kept])
     return JointReduction(demonstrations.joint_names, kept.astype(np.int64), expansion)
+
+
+def _some(jacobian: Array) -> Array:
+    """Returns the Jacobians of at most `_LOOKED_AT` samples, spread evenly."""
+    return jacobian[:: -(-len(jacobian) // _LOOKED_AT)]
+
+
+def _corrections(scaled: Array) -> Array:
+    """Returns joint velocities that move tips, in deviations, as strong as ``N`` demonstrations.
+
+    Args:
+        scaled: Jacobians for joint velocities in deviations, ``(N, m, n)``.
+
+    Returns:
+        ``(S, n)``; orthonormal bases of row spaces, scaled to a mean square of ``N`` a column.
+    """
+    _, size, rows = np.linalg.svd(_some(scaled), full_matrices=False)
+    rows = rows[size > _SINGULAR * size[:, :1]]
+    return np.asarray(rows * np.sqrt(len(scaled) * rows.shape[1] / (rows**2).sum()))
+
+
+def _check_rank(demonstrations: Demonstrations, expansion: Array, rate: Array) -> None:
+    jacobian = _some(demonstrations.jacobian @ expansion) * rate
+    size = np.linalg.svd(jacobian, compute_uv=False)
+    ratio = float(np.median(size[:, -1] / size[:, 0]))
+    if ratio < _SINGULAR:
+        raise DemonstrationError(
+            f"the {len(rate)} joints that move in the demonstrations cannot move the hand (or "
+            f"hands and feet) in all {jacobian.shape[1]} directions of the task (least to largest "
+            f"singular value {ratio:.1g}): record motion in which arms, trunk and, with the feet "
+            "fixed, both legs take part"
+        )

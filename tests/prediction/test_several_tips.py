@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from whole_body import holding
 
 from human import Chain, HumanModel, Subject, generate_model
 from human.names import mirrored
@@ -30,32 +31,11 @@ CHAINS = {
     "right hand, feet fixed": ("RightHandCOM", "RightFoot", ("LeftFoot",)),
     "both hands, feet fixed": (HANDS, "RightFoot", ("LeftFoot",)),
 }
-#: A person who stands with bent knees and holds a box: angles not named are zero.
-HOLDING_DEG = {
-    "jShoulder_rotx": 70.0,
-    "jShoulder_rotz": 20.0,
-    "jElbow_rotz": 75.0,
-    "jHip_roty": -25.0,
-    "jKnee_roty": 45.0,
-    "jAnkle_roty": -20.0,
-}
 
 
 @pytest.fixture(scope="module")
 def person() -> HumanModel:
     return generate_model(Subject(1.75, 72.0))
-
-
-def holding(chain: Chain) -> np.ndarray:
-    """The start posture, symmetric: turns about x and z change sign on the left."""
-    q = np.zeros(chain.n)
-    for name, angle in HOLDING_DEG.items():
-        for side in ("Right", "Left"):
-            full = "j" + side + name[1:]
-            if full in chain.dof_names:
-                sign = -1.0 if side == "Left" and not name.endswith("y") else 1.0
-                q[chain.dof_names.index(full)] = sign * np.deg2rad(angle)
-    return q
 
 
 def follower_of(chain: Chain, task: str = "pose") -> Follower:
