@@ -74,7 +74,7 @@ def optimise_kernel(engine: LikelihoodEngine, theta: Array, Y: Array, iterations
     """
     bounds = theta_bounds(engine, len(theta))
     start = np.clip(theta, *np.transpose(bounds))
-    best, reached = start, -np.inf
+    best, reached = np.asarray(start, dtype=np.float64), -np.inf
 
     def negative(candidate: Array) -> tuple[float, Array]:
         nonlocal best, reached
@@ -255,4 +255,4 @@ class EigenScorer:
             sign, log_det_S = np.linalg.slogdet(np.swapaxes(weighted, 1, 2) @ residual / count)
             total = count * size * (np.log(2 * np.pi) + 1.0) + size * log_det_K + count * log_det_S
             scores.append(np.where(sign > 0, -0.5 * total / count, -np.inf))
-        return np.array(scores).max(axis=0)
+        return np.asarray(np.max(scores, axis=0))
