@@ -23,6 +23,7 @@ from prediction.joint_limits import JointLimits
 from prediction.posture_band import PostureBand
 from prediction.predictor import Predictor
 from prediction.propagation import NOISES, Noise, Propagation, propagate
+from prediction.request_check import check_request
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,13 @@ class HandNoise:
 
     position_m: float = 0.0
     orientation_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuses what is no deviation."""
+        for name in ("position_m", "orientation_rad"):
+            value = getattr(self, name)
+            if not 0.0 <= value < np.inf:
+                raise TrajectoryError(f"the robot's {name} is {value}, expected 0 or more, finite")
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +179,7 @@ class Follower:
             raise TrajectoryError(
                 f"the start posture has shape {q0.shape}, expected ({size},) finite angles"
             )
+        check_request(self.reduction.names, self.limits, q0, samples)
         out: list[Rollout | TrajectoryError | None] = [self._start_fault(p, q0) for p in paths]
         longest = max((len(path.time_s) for path in paths), default=0)
         learned = len(self.reduction.kept)

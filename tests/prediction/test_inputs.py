@@ -1,0 +1,24 @@
+"""Input that is not what it seems is refused or flagged with the reason, never answered wrong."""
+
+import pytest
+
+from benchmarks.prediction.input_cases import DEMONSTRATIONS, PATHS, World
+from benchmarks.prediction.inputs import verdict
+
+CASES = {
+    f"{section}: {name}": case
+    for section, cases in (("demonstrations", DEMONSTRATIONS), ("paths", PATHS))
+    for name, case in cases.items()
+    if not case.slow
+}
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return World()
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bad_input_is_refused_or_flagged(name: str, world: World) -> None:
+    found = verdict(CASES[name], world)
+    assert found.passed, f"{found.outcome}: {found.words}"
