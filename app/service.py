@@ -3,6 +3,7 @@
 from app.assessments.service import Assessments
 from app.estimates.service import Estimates
 from app.files import scratch_file
+from app.models.jobs import Trainings
 from app.models.service import Models
 from app.operations.service import Operations
 from app.problems import ConfigurationError
@@ -22,6 +23,9 @@ class ErgocastService:
         )
         self.models = Models(settings.data / "models")
         self.recordings = Recordings(settings.data / "recordings")
+        self.trainings = Trainings(
+            settings.data / "trainings", self.recordings, self.models, self.operations
+        )
         self.estimates = Estimates(settings.data / "estimates", self.recordings, self.operations)
         self.scores = Scores(settings.data / "scores", self.recordings, self.estimates)
         self.assessments = Assessments(

@@ -7,7 +7,7 @@ from typing import Any, Self
 from prediction.chain import TASKS, Task
 from prediction.errors import UnsupportedMethodError
 from prediction.kernels import KernelKind
-from prediction.law_search import Criterion, EngineName, WeightKind
+from prediction.law_search import Criterion, EngineName, SearchOptions, WeightKind
 from prediction.methods import AUTO, BASELINES, CANDIDATES, method_class
 from prediction.mi_nsgp import MAX_SAMPLES
 from prediction.weight_search import Optimizer
@@ -53,6 +53,14 @@ class TrainingOptions:
         for task in self.tasks:
             if task not in TASKS:
                 raise UnsupportedMethodError("task", str(task), TASKS)
+        SearchOptions(
+            self.kernel,
+            self.optimizer,
+            self.engine,
+            self.resolved_criterion,
+            self.weights,
+            self.max_evaluations,
+        )
 
     @property
     def resolved_criterion(self) -> Criterion:

@@ -9,10 +9,10 @@ from pathlib import Path
 from anyio import to_thread
 
 from app.files import check_id, read_json, receive, scratch_file, write_bytes, write_json
+from app.models.description import described
 from app.models.operator import Operator, open_operator
 from app.models.schemas import Model, Subject
 from app.names import clean_name
-from app.plain import plain
 from app.problems import NotFound
 from human import to_urdf
 
@@ -43,9 +43,13 @@ class Models:
 
     def add_file(self, path: Path, name: str) -> Model:
         """Stores a copy of a model file; as `add`."""
-        with scratch_file(self._folder) as copy:
-            write_bytes(copy, path.read_bytes())
-            return self._keep(copy, name)
+        return self.add_content(path.read_bytes(), name)
+
+    def add_content(self, content: bytes, name: str) -> Model:
+        """Stores a model file's bytes; as `add`."""
+        with scratch_file(self._folder) as path:
+            write_bytes(path, content)
+            return self._keep(path, name)
 
     def _keep(self, path: Path, name: str) -> Model:
         shown = clean_name(name, "operator")
@@ -110,20 +114,17 @@ class Models:
 
 
 def _record(operator: Operator, name: str) -> Model:
-    skeleton = operator.content.skeleton
-    assert skeleton is not None
+    held = described(operator.content)
     created = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
     return Model(
         id=operator.id,
         name=name,
-        subject=Subject(
-            height_m=skeleton.subject.height_m,
-            mass_kg=skeleton.subject.mass_kg,
-            sex=skeleton.subject.sex,
-        ),
-        hand=operator.hand,
-        method=operator.content.method,
+        subject=Subject(**held.pop("subject")),
+        hand=held.pop("hand"),
+        base=held.pop("base"),
+        method=held.pop("method"),
         created=created,
-        metrics=plain(operator.content.metrics),
+        metrics=held.pop("metrics"),
+        holds=held,
         urdf_url=f"/v1/models/{operator.id}/urdf",
     )

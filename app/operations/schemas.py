@@ -19,6 +19,8 @@ class Progress(BaseModel):
     rate: float | None = None
     eta_s: float | None = None
     message: str = ""
+    #: Nats a sample, of work that fits a law, as far as it got.
+    log_likelihood: float | None = None
 
 
 class Operation(BaseModel):

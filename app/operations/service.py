@@ -38,14 +38,29 @@ class Control:
         self._operations = operations
         self._id = identifier
         self._cancel = threading.Event()
-        self._began = time.monotonic()
+        self._first: tuple[int, float] | None = None
         self._reported = 0.0
 
     def cancel(self) -> None:
         """Asks the work to stop at its next report."""
         self._cancel.set()
 
-    def progress(self, done: int, total: int | None, unit: str = "", message: str = "") -> None:
+    def is_cancelled(self) -> bool:
+        """Returns whether the work is to stop, for work that asks more often than it reports."""
+        return self._cancel.is_set()
+
+    def is_cancelled_by_client(self) -> bool:
+        """Returns whether a client asked for that, not the end of the service."""
+        return self._operations.get(self._id).cancel_requested
+
+    def progress(
+        self,
+        done: int,
+        total: int | None,
+        unit: str = "",
+        message: str = "",
+        log_likelihood: float | None = None,
+    ) -> None:
         """Reports how far the work is.
 
         Raises:
@@ -57,11 +72,23 @@ class Control:
         if now - self._reported < _PROGRESS_PERIOD_S and done != total:
             return
         self._reported = now
-        rate = done / (now - self._began) if done and now > self._began else None
+        if self._first is None:
+            # Work that goes on after a restart begins in the middle.
+            self._first = (done, now)
+        gone, took = done - self._first[0], now - self._first[1]
+        rate = gone / took if gone > 0 and took > 0 else None
         eta = (total - done) / rate if rate and total is not None else None
         self._operations._report(
             self._id,
-            Progress(done=done, total=total, unit=unit, rate=rate, eta_s=eta, message=message),
+            Progress(
+                done=done,
+                total=total,
+                unit=unit,
+                rate=rate,
+                eta_s=eta,
+                message=message,
+                log_likelihood=log_likelihood,
+            ),
         )
 
 

@@ -1,0 +1,201 @@
+"""Training over HTTP: the same model as by command, cancelled, taken up again, added to."""
+
+import hashlib
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+import prediction.train
+from app.main import create_app
+from app.settings import Settings
+from human.readers import write_bvh
+from human.simulate import operator, simulate_box_handling
+from tests.app.cli.running import run
+from tests.app.conftest import BASE_URL, Scene, upload
+
+PERSON = {"height_m": 1.72, "mass_kg": 68.0, "sex": "female"}
+QUICK = {"method": "cov-ik", "seed": 3}
+
+
+def ask(api: TestClient, body: dict[str, Any]) -> dict[str, Any]:
+    """Asks for a training and returns the queued operation."""
+    answer = api.post("/v1/models", json=body)
+    assert answer.status_code == 202, answer.text
+    assert answer.headers["location"] == f"/v1/operations/{answer.json()['id']}"
+    return dict(answer.json())
+
+
+def ended(api: TestClient, operation: dict[str, Any]) -> dict[str, Any]:
+    """Waits until an operation has ended."""
+    for _ in range(3000):
+        now = api.get(f"/v1/operations/{operation['id']}").json()
+        if now["state"] in ("succeeded", "failed", "cancelled"):
+            return dict(now)
+        time.sleep(0.02)
+    raise AssertionError(f"the training never ended: {now}")
+
+
+@pytest.fixture(scope="module")
+def other_bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Another recording of the same person."""
+    person = operator("average", np.random.default_rng(7))
+    rng = np.random.default_rng(6)
+    motion = simulate_box_handling(scene.model, person, rng, rate_hz=20.0).motion
+    file = tmp_path_factory.mktemp("recording") / "again.bvh"
+    write_bvh(file, scene.model, motion)
+    return file
+
+
+@pytest.fixture(scope="module")
+def by_command(bvh: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The model that the command line makes of the recording."""
+    out = tmp_path_factory.mktemp("trained") / "operator.safetensors"
+    person = ["--height", 1.72, "--mass", 68, "--sex", "female"]
+    assert run("train", bvh, *person, "--out", out, "--method", "cov-ik", "--seed", 3) == 0
+    return out
+
+
+def test_a_trained_model_is_that_of_the_command(
+    api: TestClient, settings: Settings, bvh: Path, by_command: Path
+) -> None:
+    body = {"recordings": [upload(api, bvh)], **PERSON, **QUICK, "name": "mine"}
+    operation = ask(api, body)
+    assert (operation["kind"], operation["state"]) == ("training", "queued")
+    done = ended(api, operation)
+    assert done["state"] == "succeeded", done
+    record = api.get(done["result_url"]).json()
+    assert record["id"] == f"mdl_{hashlib.sha256(by_command.read_bytes()).hexdigest()}"
+    assert (record["name"], record["hand"], record["method"]) == ("mine", "right", "cov-ik")
+    assert {one["method"] for one in record["metrics"]["scores"]} == {"cov-ik", "minimum-norm"}
+    assert [take["name"] for take in record["holds"]["takes"]] == ["box.bvh"]
+    events = api.get(f"/v1/operations/{operation['id']}/events").text
+    assert '"log_likelihood":' in events and "measuring its bands" in events
+    assert list((settings.data / "trainings").iterdir()) == []
+    assert [item["id"] for item in api.get("/v1/models").json()["items"]] == [record["id"]]
+
+
+def test_a_cancelled_training_stops_and_leaves_nothing(
+    api: TestClient, settings: Settings, bvh: Path
+) -> None:
+    operation = ask(api, {"recordings": [upload(api, bvh)], **PERSON, "method": "mi-nsgp"})
+    for _ in range(1500):
+        progress = api.get(f"/v1/operations/{operation['id']}").json()["progress"]
+        if progress["log_likelihood"] is not None:
+            break
+        time.sleep(0.02)
+    assert 0 < progress["done"] < progress["total"]
+    assert api.post(f"/v1/operations/{operation['id']}/cancel").status_code == 200
+    done = ended(api, operation)
+    assert done["state"] == "cancelled" and done["result_url"] is None
+    assert list((settings.data / "trainings").glob("*")) == []
+    assert api.get("/v1/models").json() == {"items": []}
+
+
+class Gate:
+    """Counts fits; holds the one of the given number back until it is opened."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, stop_at: int) -> None:
+        self.fits: list[str] = []
+        self.reached, self.opened = threading.Event(), threading.Event()
+        fit = prediction.train.fit_predictor
+
+        def counted(name: str, *args: Any, **options: Any) -> Any:
+            self.fits.append(name)
+            if len(self.fits) == stop_at:
+                self.reached.set()
+                assert self.opened.wait(30.0)
+            return fit(name, *args, **options)
+
+        monkeypatch.setattr(prediction.train, "fit_predictor", counted)
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[Gate]:
+    yield Gate(monkeypatch, stop_at=4)
+
+
+def test_a_training_goes_on_after_the_service_was_stopped(
+    settings: Settings, bvh: Path, by_command: Path, gate: Gate
+) -> None:
+    with TestClient(create_app(settings), base_url=BASE_URL) as api:
+        operation = ask(api, {"recordings": [upload(api, bvh)], **PERSON, **QUICK})
+        assert gate.reached.wait(60.0)
+        # The service cancels its work first, then waits for it.
+        threading.Timer(0.3, gate.opened.set).start()
+    first = list(gate.fits)
+    assert len(list((settings.data / "trainings").rglob("*.part"))) == 3
+    with TestClient(create_app(settings), base_url=BASE_URL) as api:
+        done = ended(api, operation)
+    assert done["state"] == "succeeded", done
+    # two for the comparison, and two for each of two tasks; the one under way is done again
+    assert len(first) == 4 and len(gate.fits) - len(first) == 6 - 3
+    assert done["result_url"].endswith(hashlib.sha256(by_command.read_bytes()).hexdigest())
+    assert list((settings.data / "trainings").iterdir()) == []
+
+
+def test_recordings_are_added_to_a_model(
+    api: TestClient, bvh: Path, other_bvh: Path, by_command: Path
+) -> None:
+    headers = {"Content-Type": "application/vnd.ergocast.model"}
+    old = api.post("/v1/models", content=by_command.read_bytes(), headers=headers).json()
+    body = {"recordings": [upload(api, other_bvh)], "add_to": old["id"]}
+    done = ended(api, ask(api, body))
+    assert done["state"] == "succeeded", done
+    record = api.get(done["result_url"]).json()
+    assert [take["name"] for take in record["holds"]["takes"]] == ["box.bvh", "again.bvh"]
+    assert record["holds"]["options"] == old["holds"]["options"]
+    assert record["holds"]["samples"] > old["holds"]["samples"]
+    failed = ended(api, ask(api, {**body, "recordings": [upload(api, bvh)]}))
+    assert failed["state"] == "failed"
+    assert "box.bvh is the same recording as box.bvh" in failed["problem"]["detail"]
+    answer = api.post("/v1/models", json={**body, "height_m": 1.8})
+    assert answer.status_code == 422 and "The model is of height 1.72, got 1.8" in answer.text
+
+
+def test_a_person_without_recordings_gets_a_generic_model(api: TestClient) -> None:
+    done = ended(api, ask(api, PERSON))
+    record = api.get(done["result_url"]).json()
+    assert record["holds"]["takes"] == [] and record["holds"]["samples"] == 0
+    assert record["subject"] == PERSON
+
+
+@pytest.mark.parametrize(
+    ("change", "status", "words"),
+    [
+        ({"height_m": None}, 422, "height"),
+        ({"height_m": 0.2}, 422, "height in m"),
+        ({"height_m": "1.7"}, 422, "/height_m"),
+        ({"mass_kg": -1}, 422, "/mass_kg"),
+        ({"hand": "third"}, 422, "/hand"),
+        ({"method": "oracle"}, 422, "oracle"),
+        ({"engine": "gpytorch", "criterion": "held-out"}, 422, "criterion of engine gpytorch"),
+        ({"seed": -1}, 422, "/seed"),
+        ({"seed": 1.5}, 422, "/seed"),
+        ({"colour": "red"}, 422, "/colour"),
+        ({"recordings": "rec_1"}, 422, "/recordings"),
+        ({"recordings": ["rec_" + "0" * 64]}, 404, "recording"),
+        ({"add_to": "mdl_" + "0" * 64}, 404, "model"),
+        ({"name": "x" * 300}, 422, "/name"),
+    ],
+)
+def test_what_cannot_be_trained_is_refused_at_once(
+    api: TestClient, bvh: Path, change: dict[str, Any], status: int, words: str
+) -> None:
+    answer = api.post("/v1/models", json={"recordings": [upload(api, bvh)], **PERSON, **change})
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert words in answer.text
+    assert api.get("/v1/operations").json() == {"items": []}
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"height_m": 1e999}', b"\xff", b"null"])
+def test_what_is_no_request_is_refused(api: TestClient, content: bytes) -> None:
+    answer = api.post("/v1/models", content=content, headers={"content-type": "application/json"})
+    assert answer.status_code == 422, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
