@@ -58,7 +58,7 @@ class PairedRow:
         nats: Mean held-out log density.
         nats_more: Median difference to the reference, nats.
         nats_wins: Splits with a greater density than the reference.
-        nats_interval: Interval of the mean difference; None with one split.
+        nats_interval: Interval of the mean difference; None below three splits.
         rmse_ratio: Geometric mean of one-step error over the reference's.
         rmse_wins: Splits with a smaller one-step error.
         rmse_interval: Interval of that ratio.
@@ -248,9 +248,9 @@ def _mean_ratio(logs: Array) -> tuple[float, tuple[float, float] | None]:
 
 
 def _interval(values: Array) -> tuple[float, float] | None:
-    """Returns the 95 % interval of the mean by Student's t, None for a single value."""
+    """Returns the 95 % interval of the mean by Student's t, None for a value or two."""
     count = len(values)
-    if count < 2:
+    if count < 3:
         return None
     half = stdtrit(count - 1, 0.975) * values.std(ddof=1) / np.sqrt(count)
     return float(values.mean() - half), float(values.mean() + half)

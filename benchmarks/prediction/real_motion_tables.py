@@ -47,30 +47,31 @@ def pooled_tables(tables: Mapping[str, Sequence[PairedRow]]) -> str:
             f"\n{design}: ratio to Cov-IK [95 % of the mean over splits] (splits won), "
             f"{rows[0].splits} splits"
         )
-        heads = (*(f"{h} s" for h in _HORIZONS), "one step", "nats more", "90 %", "width")
-        lines.append(f"  {'':14}" + "".join(f"{head:>24}" for head in heads[:6]))
+        heads = (*(f"{h} s" for h in _HORIZONS), "one step", "nats more")
+        lines.append(f"  {'':14}" + "".join(f"{head:>24}" for head in heads) + "   90 %  width")
         for row in sorted(rows, key=lambda row: _ORDER.index(row.method)):
-            cells = [_ratio(row, h) for h in _HORIZONS]
-            one = f"x{row.rmse_ratio:.2f} {_between(row.rmse_interval)} ({row.rmse_wins})"
-            nats = f"{row.nats_more:+.1f} ({row.nats_wins})"
-            ends = f"  90 %: {_number(row.coverage90, '.2f')}, {_number(row.width_deg, '.1f')} deg"
+            one_step = _cell(row.rmse_ratio, row.rmse_interval, row.rmse_wins, row.splits)
+            nats = f"{row.nats_more:+.1f} {row.nats_wins}/{row.splits}"
+            cells = (*(_at(row, horizon) for horizon in _HORIZONS), one_step, nats)
             lines.append(
-                f"  {row.method:14}" + "".join(f"{cell:>24}" for cell in (*cells, one, nats)) + ends
+                f"  {row.method:14}"
+                + "".join(f"{cell:>24}" for cell in cells)
+                + f"{_number(row.coverage90, '.2f'):>7}{_number(row.width_deg, '.1f'):>7}"
             )
         lines.append(f"  {_lost(rows)}")
     return "\n".join(lines)
 
 
-def _ratio(row: PairedRow, horizon: str) -> str:
+def _at(row: PairedRow, horizon: str) -> str:
     if horizon not in row.rollout_ratio:
         return "-"
     wins, count = row.rollout_wins[horizon]
-    between = _between(row.rollout_interval[horizon])
-    return f"x{row.rollout_ratio[horizon]:.2f} {between} ({wins}/{count})"
+    return _cell(row.rollout_ratio[horizon], row.rollout_interval[horizon], wins, count)
 
 
-def _between(interval: tuple[float, float] | None) -> str:
-    return "" if interval is None else f"[{interval[0]:.2f} {interval[1]:.2f}]"
+def _cell(ratio: float, interval: tuple[float, float] | None, wins: int, count: int) -> str:
+    between = "" if interval is None else f" [{interval[0]:.2f} {interval[1]:.2f}]"
+    return f"x{ratio:.2f}{between} {wins}/{count}"
 
 
 def _lost(rows: Sequence[PairedRow]) -> str:

@@ -29,7 +29,7 @@ def test_splits_hold_out_parts_and_whole_recordings(takes):
 
 
 def test_table_is_that_of_the_scores(takes):
-    splits = splits_of(takes)[:2]
+    splits = splits_of(takes)[:3]
     told = []
     results = compare_on_splits(
         PlanarChain(),
@@ -50,12 +50,12 @@ def test_table_is_that_of_the_scores(takes):
     ours = [r.scores["locov-ik"].rollout_rmse_deg_at["1"] for r in results]
     cov = [r.scores["cov-ik"].rollout_rmse_deg_at["1"] for r in results]
     assert rows["locov-ik"].rollout_ratio["1"] == pytest.approx(
-        np.sqrt(ours[0] / cov[0] * ours[1] / cov[1])
+        np.prod(np.divide(ours, cov)) ** (1.0 / 3.0)
     )
-    assert rows["locov-ik"].rollout_wins["1"] == (int(np.sum(np.less(ours, cov))), 2)
-    # Two splits: Student's t with one degree of freedom is Cauchy's law, 12.7 at .975.
+    assert rows["locov-ik"].rollout_wins["1"] == (int(np.sum(np.less(ours, cov))), 3)
+    # Student's t with two degrees of freedom: 4.3027 at .975.
     logs = np.log(np.divide(ours, cov))
-    half = 12.7062 * logs.std(ddof=1) / np.sqrt(2.0)
+    half = 4.3027 * logs.std(ddof=1) / np.sqrt(3.0)
     assert rows["locov-ik"].rollout_interval["1"] == pytest.approx(
         tuple(np.exp([logs.mean() - half, logs.mean() + half])), rel=1e-4
     )
