@@ -11,8 +11,10 @@ Array = NDArray[np.float64]
 
 #: Kernel width: squared distance over the mean joint variance at which weight falls by e^-1/2.
 WIDTH = float(np.exp(-0.75))
-#: Samples near a posture that make it half familiar.
-HALF_COUNT = float(np.exp(3.0))
+#: Time spent near a posture that makes it half familiar, s.
+HALF_S = float(np.exp(3.0)) / 30.0
+#: What a sample that stands alone counts for, s.
+_ALONE_S = 1.0 / 30.0
 #: Centres kept. With few, the gaps between them are wider than the kernel and a demonstrated
 #: posture can count as unseen: with 256 of 3200 samples the least familiar one got 0.00, with 1024
 #: it gets 0.31.
@@ -23,14 +25,15 @@ SLOPE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class Familiarity:
-    """A smooth count of demonstrated postures near a posture, against what training postures get.
+    """The time spent near a posture in the demonstrations, against what training postures get.
 
-    ``f(q) = s(q) / (s(q) + n0)`` with ``s`` a kernel-weighted count of training samples; the figure
-    reported is ``min(1, f / f_train)``, ``f_train`` being the mean over held-out demonstrations.
+    ``f(q) = s(q) / (s(q) + s0)`` with ``s`` the kernel-weighted time of training samples, so that
+    the rate of a recording does not matter; the figure reported is ``min(1, f / f_train)``,
+    ``f_train`` being the mean over held-out demonstrations.
 
     Attributes:
         centres: Demonstrated postures, ``(C, n)`` rad.
-        weight: Samples each centre stands for.
+        weight: Time each centre stands for, s.
         variance: Mean joint variance times `WIDTH`, rad^2.
         level: f_train.
 
@@ -63,7 +66,7 @@ class Familiarity:
         kept = demonstrations.thinned(MAX_CENTRES)
         if variance is None:
             variance = float(demonstrations.q.var(axis=0).mean()) * WIDTH
-        return cls(kept.q, len(demonstrations) / len(kept), max(variance, 1e-12), 1.0)
+        return cls(kept.q, _duration(demonstrations) / len(kept), max(variance, 1e-12), 1.0)
 
     def without(self, demonstrations: Demonstrations) -> "Familiarity":
         """Returns the figure of other demonstrations on the same scale."""
@@ -75,12 +78,22 @@ class Familiarity:
         squared = (
             (flat**2).sum(-1)[:, None] + (self.centres**2).sum(-1) - 2.0 * flat @ self.centres.T
         )
-        count = np.exp(-0.5 * np.maximum(squared, 0.0) / self.variance).sum(-1) * self.weight
-        return np.asarray((count / (count + HALF_COUNT)).reshape(q.shape[:-1]))
+        near = np.exp(-0.5 * np.maximum(squared, 0.0) / self.variance).sum(-1) * self.weight
+        return np.asarray((near / (near + HALF_S)).reshape(q.shape[:-1]))
 
     def relative(self, q: Array) -> Array:
         """Returns the familiarity in [0, 1], ``(...)``, at postures ``(..., n)``."""
         return np.asarray(np.minimum(1.0, self.raw(q) / self.level))
+
+
+def _duration(demonstrations: Demonstrations) -> float:
+    """Returns the time demonstrated, s: each sample counts for one usual step."""
+    runs = [run for run in demonstrations.runs() if len(run) > 1]
+    if not runs:
+        return _ALONE_S * len(demonstrations)
+    time_s = demonstrations.time_s
+    step = float(np.median(np.concatenate([np.diff(time_s[run]) for run in runs])))
+    return step * len(demonstrations)
 
 
 def widening(familiarity: Array) -> Array:

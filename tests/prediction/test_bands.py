@@ -35,6 +35,25 @@ def test_familiarity_is_high_where_trained_and_zero_far_away(rng):
     assert along[-1] < 1e-3 and (np.diff(along) <= 1e-12).all()
 
 
+@pytest.mark.parametrize("every", [2, 4])
+def test_familiarity_does_not_depend_on_the_rate_of_the_recording(rng, every):
+    time_s = np.arange(2400) / 120.0
+    q = 0.4 * np.sin(time_s[:, None] * rng.uniform(0.5, 2.0, 4) + rng.uniform(0, 6, 4))
+    fast = replace(
+        wandering(rng),
+        q=q,
+        qdot=np.zeros_like(q),
+        jacobian=np.zeros((2400, 2, 4)),
+        trajectory_id=np.zeros(2400, dtype=int),
+        time_s=time_s,
+    )
+    slow = fast.take(slice(None, None, every))
+    grid = 0.4 * rng.normal(size=(200, 4))
+    a, b = (Familiarity.of(one).relative(grid) for one in (fast, slow))
+    assert a.std() > 0.15  # some postures are known and some are not
+    np.testing.assert_allclose(a, b, atol=0.02)
+
+
 def test_familiarity_without_a_motion_knows_it_less(rng):
     both = wandering(rng)
     other = wandering(rng, centre=2.0)
