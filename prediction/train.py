@@ -212,7 +212,7 @@ def train_operator(
             "chosen_by": chosen.reason,
             "samples": len(demonstrations),
             "takes": len(samples.takes),
-            "findings": list(findings),
+            "findings": [*findings, *_notes(methods, chosen.method)],
             "duration_s": sum(take.duration_s for take in samples.takes),
             "versions": _versions(),
         },
@@ -225,6 +225,17 @@ def train_operator(
         reached = model.fitted(task=options.tasks[0]).metrics["null_log_likelihood_training"]
         progress("done", 1.0, float(reached or 0.0))
     return model
+
+
+def _notes(methods: Mapping[tuple[str, Task], FittedMethod], chosen: str) -> list[str]:
+    """Returns what the chosen method says of its fits, each once."""
+    said = [
+        f"{name}: {note}"
+        for (name, _), fitted in methods.items()
+        if name == chosen
+        for note in fitted.predictor.notes
+    ]
+    return list(dict.fromkeys(said))
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,6 +58,8 @@ class Criterion(StrEnum):
 
     HELD_OUT = "held-out"
     MARGINAL = "marginal"
+    LEAVE_ONE_TRAJECTORY_OUT = "leave-one-trajectory-out"
+    IN_SAMPLE = "in-sample"
 
 
 class Weights(StrEnum):
@@ -126,7 +128,7 @@ def train(
         typer.Option(help="auto unless given: it takes what errs less on held-out motion."),
     ] = None,
     optimizer: Annotated[
-        Optimizer | None, typer.Option(help="Search of the weights; bipop unless given.")
+        Optimizer | None, typer.Option(help="Search of the weights; gradient unless given, bipop is the paper's.")
     ] = None,
     engine: Annotated[
         Engine | None, typer.Option(help="fast unless given; gpytorch is the slow reference.")
@@ -138,8 +140,9 @@ def train(
     criterion: Annotated[
         Criterion | None,
         typer.Option(
-            help="held-out unless given, for motion whose samples repeat their neighbours; the "
-            "paper's is marginal (likelihood), the one gpytorch knows."
+            help="held-out unless given, for motion whose samples repeat their neighbours; "
+            "marginal (likelihood) is the one gpytorch knows; in-sample is the paper's, which "
+            "does not identify the weights."
         ),
     ] = None,
     weights: Annotated[

@@ -59,12 +59,14 @@ class TrainingRequest(BaseModel):
     method: str | None = None
     """``auto`` unless given: what errs less on held-out motion."""
     optimizer: Literal["bipop", "gradient"] | None = None
-    """Search of the weights; ``bipop`` unless given."""
+    """Search of the weights; ``gradient`` unless given."""
     engine: Literal["fast", "gpytorch"] | None = None
     """``fast`` unless given; ``gpytorch`` is the slow reference."""
     kernel: Literal["separate", "paper"] | None = None
     """``separate`` unless given."""
-    criterion: Literal["held-out", "marginal"] | None = None
+    criterion: (
+        Literal["held-out", "marginal", "leave-one-trajectory-out", "in-sample"] | None
+    ) = None
     """``held-out`` unless given."""
     weights: Literal["auto", "correlated", "diagonal"] | None = None
     """``auto`` unless given."""
