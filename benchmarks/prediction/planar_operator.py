@@ -23,12 +23,14 @@ SAMPLES = 1000
 SPLITS = ("random", "block")
 LAW = "law that made the data"
 GRADIENT, BIPOP = "MI-NsGP", "MI-NsGP by BIPOP"
+IN_SAMPLE = "MI-NsGP, paper's score"
 #: Row, method, options of its fit.
 ROWS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
     {
         GRADIENT: ("mi-nsgp", {"optimizer": "gradient"}),
         BIPOP: ("mi-nsgp", {"optimizer": "bipop"}),
         "MI-NsGP, paper's kernel": ("mi-nsgp", {"optimizer": "gradient", "kernel": "paper"}),
+        IN_SAMPLE: ("mi-nsgp", {"optimizer": "bipop", "kernel": "paper", "criterion": "in-sample"}),
         "NsGP, paper's kernel": ("nsgp", {"kernel": "paper"}),
         "CC-GP": ("cc-gp", {}),
         "LoCov-IK": ("locov-ik", {}),

@@ -1,6 +1,6 @@
 """Fig. 4 a-d: every method one step ahead, one box a method over seeds or people."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +9,13 @@ from matplotlib.figure import Figure as Picture
 from benchmarks.estimation.papers.drawing import label, panels
 from benchmarks.prediction.paper_figures import experiments
 from benchmarks.prediction.paper_figures.experiments import experiment, followers, one_step
-from benchmarks.prediction.planar_operator import LAW, ROWS, one_seed
+from benchmarks.prediction.planar_operator import (
+    BIPOP,
+    IN_SAMPLE,
+    LAW,
+    ROWS,
+    one_seed,
+)
 
 #: The panels of the figure: attribute of the scores, words, whether on a log scale.
 PANELS = (
@@ -19,7 +25,7 @@ PANELS = (
     ("hand_rmse", "(d) RMSE of the hand\nvelocity, m/s", True),
 )
 #: Methods of the picture, ours on top; the rest of the planar rows are in its table.
-PLANAR = (LAW, *(row for row in ROWS if row != "MI-NsGP by BIPOP"))
+PLANAR = (LAW, *(row for row in ROWS if row not in (BIPOP, IN_SAMPLE)))
 #: Errors below this are rounding.
 ROUNDING = 1e-9
 
@@ -79,25 +85,37 @@ def _boxes(axis: Axes, values: Values, log: bool, first: bool) -> None:
     axis.set_yticks(range(1, len(names) + 1), names if first else [""] * len(names), fontsize=7)
 
 
-def picture(seeds: range, people: Sequence[tuple[str, int]]) -> Picture:
-    """Draws a row of panels for each of 5R random, 5R blocks, EXP1 and EXP2."""
+def _picture(title: str, rows: Sequence[tuple[str, Callable[[str], Values]]]) -> Picture:
     drawn, axes = panels(
+        len(rows),
         4,
-        4,
-        "Methods one step ahead (paper's Fig. 4). Box: quartiles; whiskers: all "
-        f"{len(seeds)} operators (5R), all {len(people)} simulated people (EXP1, EXP2). "
-        f"Errors of rounding stand at {ROUNDING:g}.",
-        size=(13.0, 11.5),
+        f"{title} Box: quartiles; whiskers: all. Errors of rounding stand at {ROUNDING:g}.",
+        size=(13.0, 3.0 * len(rows) + 0.6),
     )
-    rows = (
-        ("5R, samples held out at random", lambda what: planar_values("random", seeds, what)),
-        ("5R, last 30 % of the time held out", lambda what: planar_values("block", seeds, what)),
-        ("EXP1: same ways, later repetitions", lambda what: led_values("EXP1", people, what)),
-        ("EXP2: trained on other motion", lambda what: led_values("EXP2", people, what)),
-    )
-    for row, (title, values) in zip(axes, rows, strict=True):
-        for axis, (what, words, log) in zip(row, PANELS, strict=True):
-            first = axis is row[0]
-            _boxes(axis, values(what), log, first)
-            label(axis, title=words, y=title if first else "")
+    for row, (words, values) in zip(axes, rows, strict=True):
+        for axis, (what, name, log) in zip(row, PANELS, strict=True):
+            _boxes(axis, values(what), log, axis is row[0])
+            label(axis, title=name, y=words if axis is row[0] else "")
     return drawn
+
+
+def planar_picture(seeds: range) -> Picture:
+    """Draws 5R, with samples held out at random and with the end held out."""
+    return _picture(
+        f"5R, one step ahead (paper's Fig. 4), {len(seeds)} operators.",
+        (
+            ("held out at random", lambda what: planar_values("random", seeds, what)),
+            ("last 30 % of the time", lambda what: planar_values("block", seeds, what)),
+        ),
+    )
+
+
+def led_picture(people: Sequence[tuple[str, int]]) -> Picture:
+    """Draws EXP1 and EXP2."""
+    return _picture(
+        f"24 joints, one step ahead (paper's Fig. 4), {len(people)} simulated people.",
+        (
+            ("EXP1: later repetitions", lambda what: led_values("EXP1", people, what)),
+            ("EXP2: trained on other motion", lambda what: led_values("EXP2", people, what)),
+        ),
+    )

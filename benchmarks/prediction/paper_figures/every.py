@@ -46,4 +46,5 @@ def figures(full: bool = False, out: Path = OUT, dpi: int = 110) -> Iterator[Fig
         yield from horizon.figures(design, each)
     save("horizon", horizon.picture(found))
     seeds = planar.REPORT if full else planar.DEVELOPMENT
-    save("box_plots", box_plots.picture(seeds, people))
+    save("box_plots", box_plots.led_picture(people))
+    save("planar_box_plots", box_plots.planar_picture(seeds))
