@@ -128,7 +128,8 @@ def train(
         typer.Option(help="auto unless given: it takes what errs less on held-out motion."),
     ] = None,
     optimizer: Annotated[
-        Optimizer | None, typer.Option(help="Search of the weights; gradient unless given, bipop is the paper's.")
+        Optimizer | None,
+        typer.Option(help="Search of the weights; gradient unless given, bipop is the paper's."),
     ] = None,
     engine: Annotated[
         Engine | None, typer.Option(help="fast unless given; gpytorch is the slow reference.")

@@ -64,9 +64,9 @@ class TrainingRequest(BaseModel):
     """``fast`` unless given; ``gpytorch`` is the slow reference."""
     kernel: Literal["separate", "paper"] | None = None
     """``separate`` unless given."""
-    criterion: (
-        Literal["held-out", "marginal", "leave-one-trajectory-out", "in-sample"] | None
-    ) = None
+    criterion: Literal["held-out", "marginal", "leave-one-trajectory-out", "in-sample"] | None = (
+        None
+    )
     """``held-out`` unless given."""
     weights: Literal["auto", "correlated", "diagonal"] | None = None
     """``auto`` unless given."""
