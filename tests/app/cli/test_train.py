@@ -1,0 +1,158 @@
+"""``ergocast train`` as a job: broken off, taken up, added to, and what ``inspect`` says of it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import prediction.train
+from app.cli import train as train_command
+from prediction import load_model
+from tests.app.cli.running import Capture, failed, run
+
+PERSON = ["--height", 1.72, "--mass", 68, "--sex", "female"]
+QUICK = ["--method", "cov-ik"]
+#: Two for the held-out comparison, two for each of two tasks.
+FITS = 6
+
+
+@pytest.fixture(scope="module")
+def trained(bvh: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model trained in one go."""
+    out = tmp_path_factory.mktemp("trained") / "operator.safetensors"
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 0
+    return out
+
+
+class Fits:
+    """Counts fits; Ctrl-C comes in the one of the given number."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, stop_at: int) -> None:
+        self.made: list[str] = []
+        fit = prediction.train.fit_predictor
+
+        def counted(name: str, *args: Any, **options: Any) -> Any:
+            if len(self.made) + 1 == stop_at:
+                self.made.append("stopped")
+                raise KeyboardInterrupt
+            self.made.append(name)
+            return fit(name, *args, **options)
+
+        monkeypatch.setattr(prediction.train, "fit_predictor", counted)
+
+
+def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
+    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "mine.safetensors"
+    fits = Fits(monkeypatch, stop_at=4)
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 130
+    said = " ".join(capsys.readouterr().err.split())
+    assert "3 fits are done" in said and "the same command goes on" in said
+    (folder,) = tmp_path.iterdir()
+    assert folder.name == "mine.safetensors.unfinished"
+    assert folder.stat().st_mode & 0o077 == 0
+    # another training is not mixed with it, and says in what it differs
+    said = failed(capsys, "train", bvh, *PERSON, "--method", "sb-m", "--out", out)
+    assert "method: cov-ik then, sb-m now" in said and "--restart" in said
+    assert "hand" not in said
+    before = len(fits.made)
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 0
+    assert "3 fits are done" in capsys.readouterr().err
+    assert len(fits.made) - before == FITS - 3
+    assert out.read_bytes() == trained.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.safetensors"]
+
+
+def test_restart_begins_anew_and_touches_nothing_else(
+    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "mine.safetensors"
+    fits = Fits(monkeypatch, stop_at=2)
+    assert run("train", bvh, *PERSON, "--method", "sb-m", "--out", out) == 130
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--restart") == 0
+    assert len(fits.made) == 2 + FITS
+    assert out.read_bytes() == trained.read_bytes()
+    capsys.readouterr()
+    strange = tmp_path / "other.safetensors.unfinished"
+    strange.mkdir()
+    (strange / "diary.txt").write_text("mine")
+    other = tmp_path / "other.safetensors"
+    said = failed(capsys, "train", bvh, *PERSON, *QUICK, "--out", other, "--restart")
+    assert "no training" in said and (strange / "diary.txt").read_text() == "mine"
+
+
+def test_inspect_shows_what_a_model_holds(trained: Path, capsys: Capture) -> None:
+    assert run("inspect", trained, "--json") == 0
+    model = json.loads(capsys.readouterr().out)
+    assert model["format"] == "ergocast-operator-model"
+    assert model["subject"] == {"height_m": 1.72, "mass_kg": 68.0, "sex": "female"}
+    (take,) = model["takes"]
+    assert (take["name"], take["samples"]) == ("box.bvh", model["samples"])
+    joints = model["joints"]
+    held = load_model(trained).reduction
+    assert joints["learned"] == list(held.kept_names)
+    assert sorted([*joints["locked"], *joints["following"]]) == sorted(held.dropped_names)
+    assert run("inspect", trained) == 0
+    page = capsys.readouterr().out
+    for words in ("1.72 m, 68 kg, female", "right hand", "cov-ik *", "minimum-norm", "box.bvh"):
+        assert words in page
+    for at in ("0.25 s", "0.5 s", "1 s", "2 s"):
+        assert at in page
+    assert "personal data" in page
+
+
+def test_recordings_are_added_once_and_of_one_person(
+    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture
+) -> None:
+    out = tmp_path / "more.safetensors"
+    cases: list[tuple[list[object], str]] = [
+        ([bvh], "box.bvh is the same recording as box.bvh"),
+        ([bvh, "--hand", "left"], "hand right, got left"),
+        ([bvh, "--mass", 70], "mass 68.0, got 70"),
+        ([], "none"),
+    ]
+    for options, words in cases:
+        said = failed(capsys, "train", *options, "--add-to", trained, "--out", out)
+        assert words in " ".join(said.split())
+    assert "not an operator model" in failed(capsys, "train", bvh, "--add-to", bvh, "--out", out)
+    said = failed(capsys, "train", bvh, bvh, *PERSON, *QUICK, "--out", out)
+    assert "same recording" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_bar_says_the_likelihood_and_json_has_no_bar(
+    tmp_path: Path, bvh: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+    bar = train_command.progress_bar
+
+    class Told:
+        """The bar, overheard."""
+
+        def __init__(self, quiet: bool) -> None:
+            self._inner = bar(quiet)
+
+        def __enter__(self) -> Any:
+            self.progress = self._inner.__enter__()
+            update = self.progress.update
+
+            def overheard(task: Any, **fields: Any) -> None:
+                shown.append(fields["description"])
+                update(task, **fields)
+
+            self.progress.update = overheard
+            return self.progress
+
+        def __exit__(self, *error: Any) -> None:
+            self._inner.__exit__(*error)
+
+    monkeypatch.setattr(train_command, "progress_bar", Told)
+    out = tmp_path / "m.safetensors"
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--json") == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["model"] == str(out) and captured.err == ""
+    assert any("held-out comparison, cov-ik (pose)" in one for one in shown)
+    assert any("training, minimum-norm (position)" in one for one in shown)
+    assert any(one.endswith("nats a sample") for one in shown)
