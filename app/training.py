@@ -16,11 +16,13 @@ from prediction import (
     MethodScore,
     OperatorModel,
     TakeSource,
+    TaskChain,
     TrainingOptions,
     compare_methods,
     demonstrations_from_motion,
     join,
     led_chain,
+    motion_findings,
     scores_to_dict,
     train_operator,
     with_earlier,
@@ -188,7 +190,22 @@ def train(
         should_stop=should_stop,
     )
     chosen_by = str(operator.training["chosen_by"])
-    metrics = {**operator.metrics, "chosen_by": chosen_by}
+    findings = [*_doubts(recorded, chain, add_to), *operator.training["findings"]]
+    operator = replace(
+        operator,
+        metrics={**operator.metrics, "chosen_by": chosen_by},
+        training={**operator.training, "findings": findings},
+    )
     ordered = sorted(scores, key=lambda score: score.method != operator.method)
-    notes = (*recorded.notes, *operator.training.get("findings", ()))
-    return Trained(replace(operator, metrics=metrics), tuple(ordered), chosen_by, notes)
+    return Trained(operator, tuple(ordered), chosen_by, (*recorded.notes, *findings))
+
+
+def _doubts(recorded: Recorded, chain: TaskChain, add_to: OperatorModel | None) -> list[str]:
+    """Returns what makes recordings doubtful demonstrations, those added to among them."""
+    found = []
+    if add_to is not None and add_to.samples is not None:
+        earlier = tuple(f"{take.name}: " for take in add_to.samples.takes)
+        found = [one for one in add_to.training.get("findings", ()) if one.startswith(earlier)]
+    for source, motion in zip(recorded.sources, recorded.motions, strict=True):
+        found += [f"{source.name}: {finding}" for finding in motion_findings(chain, motion)]
+    return found

@@ -3,18 +3,19 @@
 import numpy as np
 
 from human import Chain, Motion, UnknownNameError
+from prediction.chain import TaskChain
 
 #: A pelvis that goes faster than this walks, m/s; walking longer than this share is worth a word.
 WALKING_M_S, WALKING_SHARE = 0.4, 0.3
 #: How much further the other hand must have gone to be the one that was led.
-OTHER_HAND = 3.0
+OTHER_HAND = 2.0
 
 
-def motion_findings(chain: Chain, motion: Motion) -> tuple[str, ...]:
+def motion_findings(chain: TaskChain, motion: Motion) -> tuple[str, ...]:
     """Says what makes a motion a doubtful demonstration for a chain.
 
     Args:
-        chain: From the pelvis to the hand that will be led.
+        chain: To the hand that will be led; of a chain to both, hands are not compared.
         motion: A motion of the same model.
 
     Returns:
@@ -28,8 +29,8 @@ def motion_findings(chain: Chain, motion: Motion) -> tuple[str, ...]:
             f"the person walks in {share:.0%} of it: arms that swing are no hand that is led; cut "
             "the walking out"
         )
-    side = chain.tip.removesuffix("HandCOM")
-    if side in ("Right", "Left"):
+    side = chain.tip.removesuffix("HandCOM") if isinstance(chain, Chain) else ""
+    if isinstance(chain, Chain) and side in ("Right", "Left"):
         other = "Left" if side == "Right" else "Right"
         went, beside = _travelled(chain, motion), 0.0
         try:
