@@ -1,6 +1,6 @@
 """From the files of a take to a body in motion: the one door for skeletons and for markers."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -213,30 +213,53 @@ def _noticed(*files: tuple[Part | None, Read | None]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
+def _in_motion(
+    take: Take,
+    subject: Subject,
+    model: HumanModel,
+    read: Recording | MarkerRecording | JointLog,
+    windows: Callable[[BodyInMotion], Iterator[Motion]],
+    unobserved: Collection[str],
+    own_plates: PlateForces | None,
+    noticed: Sequence[tuple[Part | None, Read | None]],
+) -> BodyInMotion:
+    """Puts together what every kind of recording tells of itself; its own forces give way."""
+    plates = forces_of(take) or own_plates
+    body = BodyInMotion(
+        model=model,
+        subject=subject,
+        source=take.motion.name,
+        format=read.format,
+        digest=read.digest,
+        time_s=read.time_s,
+        rate_hz=read.rate_hz,
+        by_markers=isinstance(read, MarkerRecording),
+        unobserved=frozenset(unobserved),
+        plates=plates,
+        plates_from=(take.grf or take.motion).name if plates else "",
+        findings=_noticed(*noticed, (take.grf or take.motion, plates)),
+        _windows=windows,
+    )
+    body.fit["conversions"] = list(read.report.conversions)
+    return body
+
+
 def _skeleton(take: Take, who: Who, accept: Sequence[str], window_s: float) -> BodyInMotion:
     recording = _named(take.motion, lambda: read_recording(take.motion.path))
     subject = who(recording) if callable(who) else who
     fitted = _named(take.motion, lambda: fit_recording(recording, subject, accept=accept))
     missing = {name for name, state in recording.segment_status.items() if state == "unmeasured"}
-
-    plates = forces_of(take)
-    body = BodyInMotion(
-        model=fitted.model,
-        subject=subject,
-        source=take.motion.name,
-        format=recording.format,
-        digest=recording.digest,
-        time_s=recording.time_s,
-        rate_hz=recording.rate_hz,
-        by_markers=False,
-        unobserved=frozenset(missing | set(fitted.diagnostics.filled_segments)),
-        plates=plates,
-        plates_from=take.grf.name if take.grf else "",
-        findings=_noticed((take.motion, recording), (take.grf, plates)),
-        _windows=lambda _: _stretches(fitted.motion, window_s),
+    body = _in_motion(
+        take,
+        subject,
+        fitted.model,
+        recording,
+        lambda _: _stretches(fitted.motion, window_s),
+        missing | set(fitted.diagnostics.filled_segments),
+        None,
+        [(take.motion, recording)],
     )
     body.fit.update(fitted.diagnostics.summary())
-    body.fit["conversions"] = list(recording.report.conversions)
     body.say(*fitted.diagnostics.notes)
     if take.static is not None:
         body.say(f"{take.static.name} is not used: {recording.format} has a skeleton of its own")
@@ -253,24 +276,12 @@ def _log(
     model = generate_model(who)
     motion = _named(take.motion, lambda: log.to_motion(model))
     told = {name.rpartition("_")[0] for name in (*log.joint_names, *log.kept)}
-    plates = forces_of(take) or own_plates
+    untold = {segment for segment, joint in JOINT_OF_SEGMENT.items() if joint not in told}
 
-    body = BodyInMotion(
-        model=model,
-        subject=who,
-        source=take.motion.name,
-        format=log.format,
-        digest=log.digest,
-        time_s=log.time_s,
-        rate_hz=log.rate_hz,
-        by_markers=False,
-        unobserved=frozenset(s for s, j in JOINT_OF_SEGMENT.items() if j not in told),
-        plates=plates,
-        plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
-        findings=_noticed((take.grf or take.motion, plates)),
-        _windows=lambda _: _stretches(motion, window_s),
-    )
-    body.fit["conversions"] = list(log.report.conversions)
+    def windows(_: BodyInMotion) -> Iterator[Motion]:
+        return _stretches(motion, window_s)
+
+    body = _in_motion(take, who, model, log, windows, untold, own_plates, [])
     body.say(
         *(f"{what}: {why}" for what, why in motion.provenance.assumed.items()),
         *(finding.message for finding in log.report.findings),
@@ -313,27 +324,16 @@ def _markers(take: Take, who: Who, accept: Sequence[str], window_s: float) -> Bo
             yield fitted.motion
             forget_pages(recording.position)
 
-    plates = forces_of(take) or recording.plates
-    out = BodyInMotion(
-        model=body.model,
-        subject=subject,
-        source=take.motion.name,
-        format=recording.format,
-        digest=recording.digest,
-        time_s=recording.time_s,
-        rate_hz=recording.rate_hz,
-        by_markers=True,
-        unobserved=frozenset(body.unobserved()),
-        plates=plates,
-        plates_from=take.grf.name if take.grf else (take.motion.name if plates else ""),
-        findings=_noticed(
-            (take.motion, recording),
-            (take.grf or take.motion, plates),
-            (take.static, static),
-        ),
-        _windows=windows,
+    out = _in_motion(
+        take,
+        subject,
+        body.model,
+        recording,
+        windows,
+        body.unobserved(),
+        recording.plates,
+        [(take.motion, recording), (take.static, static)],
     )
-    out.fit["conversions"] = list(recording.report.conversions)
     # Uploaded files are kept under other names than their owners gave them.
     out.say(*(note.replace(part.path.name, part.name) for note in body.notes))
     if take.static is None:
