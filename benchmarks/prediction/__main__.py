@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.prediction [--full] [--recordings FOLDER] [--only NAME ...] [--out DIR]``.
 Short by default; ``--full`` takes the seeds, people and splits that are reported. With a folder of
-recordings the comparison on real motion runs, too. Exit status 1 if a bar is missed.
+recordings what is measured on real motion runs, too. Exit status 1 if a bar is missed.
 """
 
 import argparse
@@ -18,7 +18,8 @@ from benchmarks.prediction.paper_figures.every import OUT
 
 #: Parts in the order they run; each is a module here with ``figures``.
 PARTS = ("planar", "training", "simulated", "rollout_speed", "inputs", "paper_figures")
-REAL = "real_motion"
+#: Parts that are all about recordings.
+REAL = ("real_motion", "led_paths")
 
 
 def part(name: str, options: argparse.Namespace) -> Iterable[Figure]:
@@ -27,11 +28,11 @@ def part(name: str, options: argparse.Namespace) -> Iterable[Figure]:
     figures: Callable[..., Iterable[Figure]] = import_module(
         f"benchmarks.prediction.{place}"
     ).figures
-    if name == "paper_figures":
-        return figures(options.full, options.out)
-    if name == REAL:
+    if name in REAL:
         return figures(options.recordings, options.full)
-    return figures(options.full)
+    if name == "inputs":
+        return figures(options.full, options.recordings)
+    return figures(options.full, options.out) if name == "paper_figures" else figures(options.full)
 
 
 def table(figures: Sequence[Figure]) -> str:
@@ -55,12 +56,12 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--full", action="store_true", help="what is reported, not a first look")
     parser.add_argument("--recordings", type=Path, help="folder of real recordings")
-    parser.add_argument("--only", nargs="+", choices=(*PARTS, REAL), default=())
+    parser.add_argument("--only", nargs="+", choices=(*PARTS, *REAL), metavar="NAME", default=())
     parser.add_argument("--out", type=Path, default=OUT, help="for the pictures")
     options = parser.parse_args(arguments)
-    names = options.only or (*PARTS, *([REAL] if options.recordings else []))
-    if REAL in names and options.recordings is None:
-        parser.error(f"{REAL} needs --recordings FOLDER")
+    names = options.only or (*PARTS, *(REAL if options.recordings else ()))
+    if set(REAL) & set(names) and options.recordings is None:
+        parser.error(f"{', '.join(REAL)} need --recordings FOLDER")
     found: list[Figure] = []
     broken: list[str] = []
     for name in names:

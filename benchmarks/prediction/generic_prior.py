@@ -1,6 +1,6 @@
 """How far people are from the least joint motion: makes and judges the prior of an unseen operator.
 
-Run ``python -m benchmarks.prediction.generic_prior [RECORDINGS] [--seeds 3]``.
+Run ``python -m benchmarks.prediction.generic_prior [RECORDINGS]``.
 
 Without recordings, the prior that the package ships is judged on simulated operators, none of whom
 made it. With the folder of real recordings the prior is made anew from the people in them, each
@@ -283,13 +283,13 @@ def figures(full: bool = False, folder: Path | None = None) -> Iterator[Figure]:
     """Judges the shipped prior on simulated people and, with recordings, remakes it.
 
     Args:
-        full: More simulated people.
-        folder: The folder of real recordings.
+        full: More simulated people, and the prior made anew.
+        folder: The folder of real recordings, which is needed for that.
     """
     shipped = dict(prior_table())
-    simulated = list(simulated_people(range(4) if full else range(2)))
+    simulated = list(simulated_people(range(4 if full else 1)))
     yield from judged([(seen, shipped) for seen in simulated], "simulated people")
-    if folder is None:
+    if folder is None or not full:
         return
     people = list(real_people(folder))
     names = list(dict.fromkeys(seen.person for seen in people))
@@ -306,9 +306,8 @@ def main() -> int:
     """Prints the figures; returns 1 if one fails."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recordings", nargs="?", type=Path)
-    parser.add_argument("--full", action="store_true")
     options = parser.parse_args()
-    return shown(figures(options.full, options.recordings))
+    return shown(figures(options.recordings is not None, options.recordings))
 
 
 if __name__ == "__main__":

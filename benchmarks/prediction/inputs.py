@@ -3,7 +3,8 @@
 Run ``python -m benchmarks.prediction.inputs [RECORDINGS] [--full]``.
 
 Prints one line a case, with what was said; then the bands of an operator without demonstrations,
-on simulated people and, where the folder of real recordings is given, on real ones.
+on simulated people and, with --full and the folder of real recordings, on real ones left out of
+the prior.
 """
 
 import argparse
@@ -48,7 +49,7 @@ def figures(full: bool = False, folder: Path | None = None) -> Iterator[Figure]:
     """Runs every case, and judges the operator without demonstrations.
 
     Args:
-        full: More simulated people.
+        full: More simulated people and, with recordings, the prior made anew.
         folder: The folder of real recordings.
     """
     world = World()
