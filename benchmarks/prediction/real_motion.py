@@ -2,7 +2,7 @@
 
 Run ``python -m benchmarks.prediction.real_motion [FOLDER] [--full] [--out PICTURE.png]``; without
 FOLDER the recordings are those of the environment variable ``ERGOCAST_RECORDINGS``. The short form
-takes two splits of a recording and design, ``--full`` up to three and every design.
+leaves out the designs ``interleaved`` and ``direction``.
 
 No recording here repeats one primitive often, and none is of a hand led by a robot. What stands in
 for it: the recordings are cut into reaches (`prediction.find_reaches`), and whole reaches are held
@@ -63,6 +63,7 @@ class Person:
         hand: Which hand is taken for the led one, and why.
         shows: What can be read off this recording, and what cannot.
         wanted: What would have to be recorded to claim more.
+        parts: Into how many the reaches of a recording are dealt.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Person:
     hand: Hand
     shows: str
     wanted: str
+    parts: int = 2
 
 
 PEOPLE = (
@@ -94,6 +96,7 @@ PEOPLE = (
         "one lift of a box, 6 s, three reaches: says whether the methods work on markers of a "
         "right arm, and nothing of who wins",
         "twenty lifts of this person",
+        parts=3,
     ),
     Person(
         "cmu_02_05",
@@ -177,15 +180,16 @@ def _placed(folder: Path, file: str) -> str:
     return f"{role}{colon}{folder / rest}"
 
 
-def splits_for(takes: Sequence[tuple[str, Demonstrations]], full: bool) -> list[Split]:
+def splits_for(
+    person: Person, takes: Sequence[tuple[str, Demonstrations]], full: bool
+) -> list[Split]:
     """Returns the splits of a person: all designs, or two of each of the short ones.
 
     ``direction`` is asked only where there is no other recording to train on.
     """
+    splits = splits_by_reach(takes, person.parts)
     if full:
-        splits = splits_by_reach(takes, 3)
         return [s for s in splits if s.design != "direction" or len(takes) == 1]
-    splits = splits_by_reach(takes, 2)
     return [
         split
         for design in SHORT_DESIGNS
@@ -198,7 +202,7 @@ def compared(folder: Path, person: Person, full: bool, tell: Tell) -> Result:
     try:
         chain, takes = demonstrations_of(folder, person)
         reaches = {name: len(find_reaches(take)) for name, take in takes}
-        splits = splits_for(takes, full)
+        splits = splits_for(person, takes, full)
     except (AppError, HumanError, PredictionError) as error:
         return Result(person, {}, [], str(error))
     if not splits:
@@ -297,7 +301,7 @@ def main() -> None:
     """Runs everything."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path)
-    parser.add_argument("--full", action="store_true", help="up to three splits of every design")
+    parser.add_argument("--full", action="store_true", help="every design and split")
     parser.add_argument("--out", type=Path, help="picture to write")
     options = parser.parse_args()
     folder = options.folder or os.environ.get("ERGOCAST_RECORDINGS")

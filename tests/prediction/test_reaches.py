@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from planar import PlanarChain, planar_demonstrations
 
-from prediction import DemonstrationError, find_reaches, splits_by_primitive, splits_by_reach
+from prediction import (
+    DemonstrationError,
+    Stretches,
+    TrainingOptions,
+    find_reaches,
+    score_method,
+    splits_by_primitive,
+    splits_by_reach,
+    train_operator,
+)
 from prediction.demonstrations import Demonstrations, join
 
 RATE_HZ = 30.0
@@ -141,3 +150,43 @@ def test_primitives_are_held_out_in_parts_and_whole():
     assert rows(other["reach"].train) == rows(other["turn"].test) == rows(pieces[4])
     with pytest.raises(DemonstrationError, match="at least two"):
         splits_by_primitive({"reach": primitives["reach"]})
+
+
+def test_runs_of_any_length_are_rolled_out_on_and_asked_only_what_they_reach():
+    whole = planar_demonstrations(seed=3)[1]
+    rate = 1.0 / np.median(np.diff(whole.time_s))
+    sizes = [round(seconds * rate) for seconds in (3.2, 0.8, 0.1)]
+    starts = np.cumsum([0, *sizes])[:-1] + np.arange(3) * round(rate)
+    take = whole.trajectory_id == whole.trajectory_id[0]
+    assert take.sum() > starts[-1] + sizes[-1]
+    kept = np.concatenate([np.arange(a, a + n) for a, n in zip(starts, sizes, strict=True)])
+    broken = whole.take(kept)
+    assert [len(run) for run in broken.runs()] == sizes
+    stretches = Stretches.by_length(broken)
+    # Two of two seconds, half overlapping; the short run as it is; a tenth of a second is nothing.
+    assert [len(one.index) for one in stretches] == [2, 1]
+    times = [broken.time_s[one.index] for one in stretches]
+    assert np.ptp(times[0], axis=1) == pytest.approx(2.0, abs=1.0 / rate)
+    assert np.ptp(times[1], axis=1) == pytest.approx(0.8, abs=2.0 / rate)
+    chain = PlanarChain()
+    model = train_operator(
+        chain,
+        whole.take(slice(-200, None)),
+        seed=1,
+        options=TrainingOptions(method="cov-ik", tasks=("position",), blocks=2),
+    )
+
+    def score_of(held_out, of=None):
+        rng = np.random.default_rng(0)
+        return score_method(
+            model, "cov-ik", held_out, rng, task="position", chain=chain, stretches=of, samples=4
+        )
+
+    score, alone = score_of(broken), score_of(broken.take(broken.runs()[1]))
+    two = score_of(broken, stretches[0])
+    assert set(score.rollout_rmse_deg_at) == {"0.25", "0.5", "1", "2"}
+    assert set(alone.rollout_rmse_deg_at) == {"0.25", "0.5"}
+    # All points of all pieces count alike: two long ones and a short one.
+    at = [run.rollout_rmse_deg_at["0.5"] ** 2 for run in (two, alone)]
+    assert score.rollout_rmse_deg_at["0.5"] ** 2 == pytest.approx((2.0 * at[0] + at[1]) / 3.0)
+    assert score.rollout_rmse_deg_at["1"] == two.rollout_rmse_deg_at["1"]

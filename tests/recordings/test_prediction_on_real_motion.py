@@ -31,7 +31,9 @@ def test_five_squats_are_ten_reaches_down_and_up(squatter):
 
 def test_squats_seen_teach_the_next_ones(squatter):
     chain, takes = squatter
-    split = next(s for s in splits_for(takes, full=False) if s.design == "block")
+    split = next(
+        s for s in splits_for(BY_NAME["opencap_subject4"], takes, full=False) if s.design == "block"
+    )
     found = compare_on_splits(
         chain, [split], ["cov-ik"], seed=1, options=TrainingOptions(blocks=2), samples=10
     )[0]
