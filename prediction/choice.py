@@ -51,5 +51,11 @@ def choose_method(held_out: Mapping[str, Mapping[str, float | None]]) -> Choice:
         f"{name} {error[name]:.2f} deg / {density[name]:.1f} nats"
         for name in sorted(error, key=lambda n: error[n])
     )
-    among = f"; densest of {len(equal)} within {AS_GOOD - 1.0:.0%} of it" if len(equal) > 1 else ""
-    return Choice(best, f"least joint error in roll-outs on held-out parts{among}: {shown}")
+    others = [name for name in (equal if len(equal) > 1 else error) if name != best]
+    margin = ""
+    if len(equal) > 1:
+        denser = density[best] - max(density[name] for name in others)
+        margin = f"; densest of {len(equal)} within {AS_GOOD - 1.0:.0%} of it, by {denser:.1f} nats"
+    elif others:
+        margin = f", {1.0 - least / max(min(error[n] for n in others), 1e-9):.0%} below the next"
+    return Choice(best, f"least joint error in roll-outs on held-out parts{margin}: {shown}")

@@ -15,6 +15,7 @@ def figures(error, density):
 def test_closed_loop_error_comes_before_density():
     choice = choose_method({"a": figures(3.0, 10.0), "b": figures(4.0, 90.0)})
     assert choice.method == "a"
+    assert "25% below the next: " in choice.reason
     assert "a 3.00 deg / 10.0 nats, b 4.00 deg" in choice.reason
 
 
@@ -22,7 +23,7 @@ def test_among_equal_errors_the_denser_is_taken():
     near = 3.0 * (AS_GOOD - 0.01)
     choice = choose_method({"a": figures(3.0, 10.0), "b": figures(near, 12.0)})
     assert choice.method == "b"
-    assert "densest of 2" in choice.reason
+    assert "densest of 2 within 3% of it, by 2.0 nats: " in choice.reason
 
 
 def test_without_roll_outs_density_decides_and_says_so():
