@@ -28,6 +28,9 @@ def part(name: str, options: argparse.Namespace) -> Iterable[Figure]:
     figures: Callable[..., Iterable[Figure]] = import_module(
         f"benchmarks.prediction.{place}"
     ).figures
+    if name == "real_motion":
+        picture = options.out / "prediction_real_motion.png"
+        return figures(options.recordings, options.full, picture)
     if name in REAL:
         return figures(options.recordings, options.full)
     if name == "inputs":
@@ -56,12 +59,16 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--full", action="store_true", help="what is reported, not a first look")
     parser.add_argument("--recordings", type=Path, help="folder of real recordings")
-    parser.add_argument("--only", nargs="+", choices=(*PARTS, *REAL), metavar="NAME", default=())
+    every = (*PARTS, *REAL)
+    parser.add_argument(
+        "--only", nargs="+", choices=every, metavar="NAME", default=(), help=", ".join(every)
+    )
     parser.add_argument("--out", type=Path, default=OUT, help="for the pictures")
     options = parser.parse_args(arguments)
     names = options.only or (*PARTS, *(REAL if options.recordings else ()))
     if set(REAL) & set(names) and options.recordings is None:
         parser.error(f"{', '.join(REAL)} need --recordings FOLDER")
+    options.out.mkdir(parents=True, exist_ok=True)
     found: list[Figure] = []
     broken: list[str] = []
     for name in names:
