@@ -110,7 +110,7 @@ def _identifiers(request: AssessmentRequest) -> list[str]:
 def _slot(value: Any, index: int, standing: Standing, samples: int) -> Slot | CandidateRejected:
     try:
         tool = parse_candidate(value, index)
-        path = hand_path(tool, standing.frames, standing.grasp, standing.hand)
+        path = hand_path(tool, standing.frames, standing.grasps, standing.hands)
         check_size(index, grid_size(path.time_s), samples)
     except CandidateRejected as problem:
         return problem
@@ -169,9 +169,10 @@ class _Board:
             evaluate(
                 one.q,
                 one.slot.path.time_s,
-                one.slot.path.pose.position,
+                one.slot.path.middle(),
                 request,
                 operator,
+                self._standing.footing,
                 one.central,
             )
             for one in predicted
@@ -211,9 +212,10 @@ class _Board:
             scored = evaluate(
                 np.stack([one.central for one in group]),
                 group[0].slot.path.time_s,
-                np.stack([one.slot.path.pose.position for one in group]),
+                np.stack([one.slot.path.middle() for one in group]),
                 self._request,
                 self._operator,
+                self._standing.footing,
             )
             results = baseline_results(scored)
             out |= {one.slot.index: result for one, result in zip(group, results, strict=True)}

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.assessments.footing import Footing
 from app.assessments.poses import IDENTITY, Array, Pose
 from app.assessments.schemas import AssessmentRequest, Assumption
 from app.models.operator import Operator
@@ -24,18 +25,18 @@ class Standing:
 
     Attributes:
         q: ``(nq,)`` configuration.
-        pelvis: ``T_world_pelvis``.
-        hand: ``T_world_hand`` of the led hand.
+        footing: What stays in place.
+        hands: ``T_world_hand`` of the led hand, or of both.
         frames: ``T_world_frame`` by frame id, ``world`` among them.
-        grasp: ``T_tool_hand``, or None: from the start.
+        grasps: ``T_tool_hand`` of each, or None: from the start.
         taken: What was taken for granted, for every candidate.
     """
 
     q: Array
-    pelvis: Pose
-    hand: Pose
+    footing: Footing
+    hands: tuple[Pose, ...]
     frames: dict[str, Pose]
-    grasp: Pose | None
+    grasps: tuple[Pose, ...] | None
     taken: tuple["Taken", ...]
 
 
@@ -65,28 +66,36 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
         InvalidRequest: The hand is not the model's, a joint is unknown or far outside its range.
     """
     if request.hand != operator.hand:
+        led = "both hands" if operator.hand == "both" else f"the {operator.hand} hand"
         raise InvalidRequest(
-            f"The model predicts the {operator.hand} hand.",
-            [Fault("/hand", repr(operator.hand), repr(request.hand), "trained for the other hand")],
+            f"The model predicts {led}.",
+            [Fault("/hand", repr(operator.hand), repr(request.hand), f"trained for {led}")],
         )
     model = operator.model
     q, missing = _start_configuration(request, model)
     pelvis = request.start.T_world_pelvis.pose()
     q[:3], q[3:7] = pelvis.position, matrix_to_quaternion(pelvis.rotation)
-    rotation, position = frame_poses(model, forward_kinematics(model, q), operator.tip)
+    poses = forward_kinematics(model, q)
+    hands = tuple(Pose(*frame_poses(model, poses, tip)) for tip in operator.tips)
     frames = {name: pose.pose() for name, pose in request.frames.items()}
     if "world" in frames:
         raise InvalidRequest(
             "The world needs no pose.",
             [Fault("/frames/world", "another name", "world", "the world is where it is")],
         )
-    grasp = None if request.grasp is None else request.grasp.T_tool_hand.pose()
+    grasps = None if request.grasp is None else request.grasp.poses()
+    if grasps is not None and len(grasps) != len(hands):
+        wanted = "T_tool_hand" if len(hands) == 1 else "T_tool_right_hand and T_tool_left_hand"
+        raise InvalidRequest(
+            "The grasp is not one of the led hands.",
+            [Fault("/grasp", wanted, f"{len(grasps)} poses", f"hand is {request.hand!r}")],
+        )
     return Standing(
         q,
-        pelvis,
-        Pose(rotation, position),
+        Footing.of(model, q, operator.chain.base),
+        hands,
         {"world": IDENTITY, **frames},
-        grasp,
+        grasps,
         tuple(_assumptions(request, operator, missing)),
     )
 
@@ -121,12 +130,22 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
     n_dof = len(operator.model.dof_names)
     predicted = operator.chain.dof_names
     others = n_dof - len(predicted)
+    standing = operator.base == "feet"
+    where = "stay where they are" if standing else "stays where it is"
+    unled = [
+        *([] if standing else ["legs"]),
+        "head",
+        *([] if operator.hand == "both" else ["other arm"]),
+    ]
+    side = "" if operator.hand == "both" else ", and the score of the other side"
     found = [
         Taken(
             Assumption(
-                what="pelvis",
-                value="stays where it is at the start",
-                range="people step and lean when a reach is far",
+                what=operator.base,
+                value=f"{where} at the start",
+                range="people step when a reach is far"
+                if standing
+                else "people step and lean when a reach is far",
                 effect="trunk, arm and legs",
             ),
             _LED_PARTS | {"legs"},
@@ -134,13 +153,24 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
         Taken(
             Assumption(
                 what="joints that the model does not predict",
-                value=f"{others} joint angles (legs, head, other arm) stay at the start posture",
+                value=f"{others} joint angles ({', '.join(unled)}) stay at the start posture",
                 range="free",
-                effect="neck and legs, and the score of the other side",
+                effect=("neck" if standing else "neck and legs") + side,
             ),
-            _OTHER_PARTS,
+            _OTHER_PARTS - {"legs"} if standing else _OTHER_PARTS,
         ),
     ]
+    if operator.hand == "both":
+        found.append(
+            Taken(
+                Assumption(
+                    what="share of the load by hand",
+                    value="each hand bears half; the load's weight acts in the middle between them",
+                    range="0 to 1 for each hand",
+                    effect="the efforts of either arm; points for the load",
+                )
+            )
+        )
     found += _demonstrated(operator)
     if missing:
         led = [name for name in missing if name in predicted]

@@ -63,19 +63,32 @@ class ToolPath:
 
 @dataclass(frozen=True, slots=True)
 class HandPath:
-    """The hand's imposed way in the world.
+    """The imposed way of the hand, or of the object between both, in the world.
 
     Attributes:
         time_s: ``(T,)`` s.
-        pose: ``T_world_hand``, ``(T, ...)``; for a position task the rotation is the start's.
+        pose: ``T_world_hand``, ``(T, ...)``; for a position task the rotation is the start's. With
+            both hands, of the object.
         position_only: Whether the rotation is free.
-        grasp: ``T_tool_hand`` that was used.
+        grasps: Hands as ``pose`` sees them: the identity alone, or those of both.
     """
 
     time_s: Array
     pose: Pose
     position_only: bool
-    grasp: Pose
+    grasps: tuple[Pose, ...]
+
+    def hands(self) -> Pose:
+        """Returns ``T_world_hand`` of each hand, ``(T, hands, ...)``."""
+        held = [self.pose @ grasp for grasp in self.grasps]
+        return Pose(
+            np.stack([one.rotation for one in held], axis=1),
+            np.stack([one.position for one in held], axis=1),
+        )
+
+    def middle(self) -> Array:
+        """Returns where the hand is, or the middle between both, ``(T, 3)`` m."""
+        return np.asarray(self.hands().position.mean(axis=1))
 
 
 def slot_id(value: Any, index: int) -> str:
@@ -212,15 +225,18 @@ def _check_continuous(path: ToolPath) -> None:
 
 
 def hand_path(
-    path: ToolPath, frames: dict[str, Pose], grasp: Pose | None, start_hand: Pose
+    path: ToolPath,
+    frames: dict[str, Pose],
+    grasps: tuple[Pose, ...] | None,
+    start_hands: tuple[Pose, ...],
 ) -> HandPath:
     """Returns where the hand must go in the world, and checks that it begins where it is.
 
     Args:
         path: The tool's way.
         frames: ``T_world_frame`` by frame id.
-        grasp: ``T_tool_hand``; None takes it from the start.
-        start_hand: ``T_world_hand`` in the start posture.
+        grasps: ``T_tool_hand`` of the led hand, or of both; None takes them from the start.
+        start_hands: ``T_world_hand`` in the start posture.
 
     Raises:
         CandidateRejected: The frame is not known, the grasp needs an orientation that is not
@@ -238,14 +254,28 @@ def hand_path(
             ),
         )
     if path.rotation is None:
-        return _position_path(path, frame, grasp, start_hand)
+        if len(start_hands) > 1:
+            raise _reject(
+                path.index,
+                Fault(
+                    _place(path.index, "orientation_xyzw"),
+                    "orientations, since both hands hold the object",
+                    "none",
+                    "where each hand is cannot be told from the object's position alone.",
+                ),
+            )
+        return _position_path(path, frame, None if grasps is None else grasps[0], start_hands[0])
     tool = frame @ Pose(path.rotation, path.position)
-    if grasp is None:
-        _check_held(path, tool[0].position, start_hand)
-    held = tool[0].inverse() @ start_hand if grasp is None else grasp
-    hand = tool @ held
-    _check_start(path, hand[0], start_hand)
-    return HandPath(path.time_s, hand, False, held)
+    first = tool[0]
+    if grasps is None:
+        for start in start_hands:
+            _check_held(path, first.position, start)
+        grasps = tuple(first.inverse() @ start for start in start_hands)
+    for grasp, start in zip(grasps, start_hands, strict=True):
+        _check_start(path, first @ grasp, start)
+    if len(grasps) == 1:
+        return HandPath(path.time_s, tool @ grasps[0], False, (IDENTITY,))
+    return HandPath(path.time_s, tool, False, grasps)
 
 
 def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: Pose) -> HandPath:
@@ -267,7 +297,7 @@ def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: 
     rotation = np.broadcast_to(start_hand.rotation, (len(position), 3, 3))
     hand = Pose(rotation, position)
     _check_start(path, hand[0], start_hand)
-    return HandPath(path.time_s, hand, True, Pose(IDENTITY.rotation, offset))
+    return HandPath(path.time_s, hand, True, (IDENTITY,))
 
 
 def _check_held(path: ToolPath, first: Array, start: Pose) -> None:

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from app.assessments.body import Taken
 from app.assessments.effort import Efforts, HandLoad, arm_joints, joint_efforts
+from app.assessments.footing import Footing
 from app.assessments.poses import Array
 from app.assessments.schemas import AssessmentRequest, Assumption
 from app.models.operator import Operator
-from app.scoring import BodyScores, score_body, tasks_of
+from app.scoring import SIDES, BodyScores, score_body, tasks_of
 from ergonomics import (
     DEFAULT_COST,
     CostSamples,
@@ -53,15 +54,15 @@ class Evaluated:
     cost: CostSamples
 
 
-def led_side(request: AssessmentRequest) -> Side:
-    """Returns the side of the led hand."""
-    return "left" if request.hand == "left" else "right"
+def led_side(request: AssessmentRequest) -> Side | None:
+    """Returns the side of the led hand; None of both."""
+    return None if request.hand == "both" else request.hand
 
 
 def hand_load(request: AssessmentRequest, operator: Operator) -> HandLoad:
-    """Returns what acts on the person at the hand."""
+    """Returns what acts on the person at the hand, or at both together."""
     return HandLoad(
-        operator.tip,
+        operator.tips,
         borne_kg(request),
         np.array(request.hand_force_n, dtype=float),
     )
@@ -97,6 +98,7 @@ def evaluate(
     hand_position: Array,
     request: AssessmentRequest,
     operator: Operator,
+    footing: Footing,
     central: Array | None = None,
 ) -> Evaluated:
     """Scores postures that share their times.
@@ -104,9 +106,11 @@ def evaluate(
     Args:
         q: ``(S, T, nq)`` configurations: samples of one candidate, or one of each of several.
         time_s: ``(T,)`` s.
-        hand_position: Where the hand is led, ``(T, 3)`` or ``(S, T, 3)`` m, world.
+        hand_position: Where the hand is led, or the middle of both, ``(T, 3)`` or ``(S, T, 3)`` m,
+            world.
         request: Load, force and foot split.
         operator: The person.
+        footing: What stays in place.
         central: The path that the samples deviate from, ``(T, nq)``; None if ``q`` holds such
             paths.
     """
@@ -123,6 +127,7 @@ def evaluate(
         operator.chain.dof_indices,
         request.foot_split,
         central,
+        footing,
     )
     arm = arm_joints(request.hand)
     shares = effort_share(efforts.moment_norm[..., : len(arm)], arm)
@@ -143,7 +148,8 @@ def task_assumptions(
 ) -> list[list[Assumption]]:
     """Returns what was taken for granted, with the range each opens in the scores.
 
-    The range is that of the led side's mean score over time: when an assumption about the task is
+    The range is that of the led side's mean score over time (with both hands led, of the side that
+    scores worse): when an assumption about the task is
     turned over; and for one about the body, between the parts it decides at their least and at
     their greatest, which no posture leaves. All candidates are scored together, a few samples of
     each.
@@ -156,7 +162,7 @@ def task_assumptions(
     Returns:
         One list per candidate.
     """
-    side = led_side(request)
+    side = _worse_side(evaluated) if request.hand == "both" else request.hand
     rula = _Stacked.of([one.scores.rula_inputs[side] for one in evaluated])
     reba = _Stacked.of([one.scores.reba_inputs[side] for one in evaluated])
     out: list[list[Assumption]] = [[] for _ in evaluated]
@@ -187,6 +193,11 @@ def task_assumptions(
             effect = "; ".join(words) or "none on these scores"
             found.append(Assumption(what=one.what, value=one.value, range=one.range, effect=effect))
     return out
+
+
+def _worse_side(evaluated: Sequence[Evaluated]) -> Side:
+    means = {s: np.mean([one.scores.rula[s].mean() for one in evaluated]) for s in SIDES}
+    return "left" if means["left"] > means["right"] else "right"
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,10 +22,12 @@ class PostureRecord:
         samples: ``(K, T, n)`` rad: a few further ones, to show the spread.
         base_position: ``(T, 3)`` m, pelvis in the world.
         base_orientation_xyzw: ``(T, 4)``.
+        samples_base_position: ``(K, T, 3)`` m: over standing feet, each sample's pelvis moves.
+        samples_base_orientation_xyzw: ``(K, T, 4)``.
         effort_joint_names: ``(m,)`` text.
         effort_p50_nm: ``(T, m)`` N·m.
         effort_scale_nm: ``(m,)`` N·m: the largest over all candidates, so that colours compare.
-        target_position: ``(T, 3)`` m, where the hand is led, world.
+        target_position: ``(T, 3)`` m, where the hand is led, or the middle of both, world.
     """
 
     time_s: Array
@@ -34,6 +36,8 @@ class PostureRecord:
     samples: Array
     base_position: Array
     base_orientation_xyzw: Array
+    samples_base_position: Array
+    samples_base_orientation_xyzw: Array
     effort_joint_names: NDArray[np.str_]
     effort_p50_nm: Array
     effort_scale_nm: Array
@@ -50,6 +54,11 @@ class PostureRecord:
     @classmethod
     def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
         """Returns the record of stored arrays."""
+        arrays = dict(arrays)
+        for name in ("base_position", "base_orientation_xyzw"):
+            # Records stored before pelves moved: it stands still in all samples.
+            count = len(arrays["samples"])
+            arrays.setdefault(f"samples_{name}", np.repeat(arrays[name][None], count, axis=0))
         return cls(**arrays)
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,10 +69,13 @@ class PostureRecord:
             "joint_names": self.joint_names.tolist(),
             "joint_position": rounded(self.joint_position, 5),
             "samples": rounded(self.samples, 5),
-            "base": {
-                "position_m": rounded(self.base_position, 5),
-                "orientation_xyzw": rounded(self.base_orientation_xyzw),
-            },
+            "base": _pose(self.base_position, self.base_orientation_xyzw),
+            "samples_base": [
+                _pose(position, orientation)
+                for position, orientation in zip(
+                    self.samples_base_position, self.samples_base_orientation_xyzw, strict=True
+                )
+            ],
             "effort_p50_nm": {
                 name: rounded(self.effort_p50_nm[:, k], 3) for k, name in enumerate(efforts)
             },
@@ -72,3 +84,10 @@ class PostureRecord:
             },
             "target": {"position_m": rounded(self.target_position, 5)},
         }
+
+
+def _pose(position: Array, orientation_xyzw: Array) -> dict[str, Any]:
+    return {
+        "position_m": rounded(position, 5),
+        "orientation_xyzw": rounded(orientation_xyzw),
+    }

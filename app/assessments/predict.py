@@ -15,6 +15,9 @@ from app.problems import Fault, pointer
 from prediction import HandNoise, Rollout, Task, TrajectoryError, UnreachableTrajectoryError
 from prediction import HandPath as LedPath
 
+_HAND_WORDS = {"right": "hand", "left": "hand", "both": "hands"}
+_BASE_WORDS = {"pelvis": "pelvis where it is", "feet": "feet where they are"}
+
 
 @dataclass(frozen=True, slots=True)
 class Slot:
@@ -120,9 +123,9 @@ def _predict_task(
     faults: dict[int, CandidateRejected] = {}
     for k, slot in enumerate(slots):
         try:
-            paths.append(_in_pelvis(slot.path, standing))
+            paths.append(_seen_from_base(slot.path, standing))
         except TrajectoryError as error:
-            faults[k] = _explain(slot, error)
+            faults[k] = _explain(slot, error, operator)
     outcomes = iter(
         follower.rollouts(
             paths,
@@ -139,17 +142,19 @@ def _predict_task(
             continue
         outcome = next(outcomes)
         if isinstance(outcome, TrajectoryError):
-            results.append(_explain(slot, outcome))
+            results.append(_explain(slot, outcome, operator))
         else:
             results.append(_whole_body(slot, standing, operator, outcome))
     return results
 
 
-def _in_pelvis(path: HandPath, standing: Standing) -> LedPath:
-    """Returns the way in the axes of the pelvis, as the predictors know it."""
-    seen = standing.pelvis.inverse() @ path.pose
-    rotation = None if path.position_only else seen.rotation
-    return LedPath.checked(path.time_s, seen.position, rotation)
+def _seen_from_base(path: HandPath, standing: Standing) -> LedPath:
+    """Returns the way in the axes of what stays in place, as the predictors know it."""
+    seen = standing.footing.pose.inverse() @ path.hands()
+    position, rotation = seen.position, seen.rotation
+    if len(path.grasps) == 1:
+        position, rotation = position[:, 0], rotation[:, 0]
+    return LedPath.checked(path.time_s, position, None if path.position_only else rotation)
 
 
 def _whole_body(slot: Slot, standing: Standing, operator: Operator, rollout: Rollout) -> Predicted:
@@ -158,11 +163,13 @@ def _whole_body(slot: Slot, standing: Standing, operator: Operator, rollout: Rol
     central[:, places] = rollout.central
     q = np.tile(standing.q, (len(rollout.q), len(rollout.time_s), 1))
     q[..., places] = np.where(rollout.followed[..., None], rollout.q, rollout.central)
+    standing.footing.stand(central)
+    standing.footing.stand(q)
     strayed = float(np.mean(~rollout.followed)) if rollout.followed.size else 0.0
     return Predicted(slot, q, central, rollout.familiarity, strayed)
 
 
-def _explain(slot: Slot, error: TrajectoryError) -> CandidateRejected:
+def _explain(slot: Slot, error: TrajectoryError, operator: Operator) -> CandidateRejected:
     if isinstance(error, UnreachableTrajectoryError):
         # The point of the prediction's grid, told as the nearest one that was sent.
         when = slot.path.time_s[error.index]
@@ -171,13 +178,24 @@ def _explain(slot: Slot, error: TrajectoryError) -> CandidateRejected:
             slot,
             Fault(
                 pointer("candidates", slot.index, "position_m", sent),
-                "a point the hand can reach with the pelvis where it is",
+                f"a point the {_HAND_WORDS[operator.hand]} can reach with the "
+                f"{_BASE_WORDS[operator.base]}",
                 f"{error.distance:.3f} m and {error.angle_deg:.1f} deg out of reach",
-                f"the hand cannot get to the point at {when:g} s.",
+                f"{_who(error.tip)} cannot get to the point at {when:g} s.",
             ),
         )
     place = pointer("candidates", slot.index)
     return _rejected(slot, Fault(place, "a path a hand can be led along", str(error), str(error)))
+
+
+def _who(tip: str | None) -> str:
+    """Names what is furthest from where it must be: a hand, or a foot that would have to move."""
+    if tip is None:
+        return "the hand"
+    side = "right" if tip.startswith("Right") else "left"
+    if "Foot" in tip:
+        return f"the {side} foot would have to leave its place, and the hand otherwise"
+    return f"the {side} hand"
 
 
 def _rejected(slot: Slot, fault: Fault) -> CandidateRejected:

@@ -57,7 +57,7 @@ def slot_result(
     time_s = predicted.slot.path.time_s
     scores = evaluated.scores
     moments = worst_of_both(
-        scores, time_s, count=MOMENTS, apart_s=MOMENTS_APART_S, prefer=led_side(request)
+        scores, time_s, count=MOMENTS, apart_s=MOMENTS_APART_S, prefer=led_side(request) or "right"
     )
     rula = score_distribution(scores.worst_rula, "rula")
     return {
@@ -106,10 +106,12 @@ def posture_record(
         samples=predicted.q[chosen[1:], :, 7:].copy(),
         base_position=medoid[:, :3].copy(),
         base_orientation_xyzw=medoid[:, 3:7].copy(),
+        samples_base_position=predicted.q[chosen[1:], :, :3].copy(),
+        samples_base_orientation_xyzw=predicted.q[chosen[1:], :, 3:7].copy(),
         effort_joint_names=np.array(evaluated.efforts.joint_names),
         effort_p50_nm=effort,
         effort_scale_nm=effort.max(axis=0),
-        target_position=predicted.slot.path.pose.position,
+        target_position=predicted.slot.path.middle(),
     )
 
 
@@ -175,7 +177,9 @@ def _own(
         Assumption(
             what="side that is scored",
             value="the worse of both sides, instant by instant",
-            range=f"{led_side(request)} hand led; the other arm stays at the start posture",
+            range="both hands led"
+            if request.hand == "both"
+            else f"{request.hand} hand led; the other arm stays at the start posture",
             effect=_sides(evaluated),
         )
     ]

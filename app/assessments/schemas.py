@@ -94,9 +94,24 @@ class Start(_Strict):
 
 
 class Grasp(_Strict):
-    """How the hand holds the tool."""
+    """How the hand holds the tool, or both hands one object."""
 
-    T_tool_hand: PoseInput
+    T_tool_hand: PoseInput | None = None
+    #: Of both hands on one object.
+    T_tool_right_hand: PoseInput | None = None
+    T_tool_left_hand: PoseInput | None = None
+
+    @model_validator(mode="after")
+    def _one_or_both(self) -> "Grasp":
+        given = (self.T_tool_hand, self.T_tool_right_hand, self.T_tool_left_hand)
+        if [one is not None for one in given] not in ([True, False, False], [False, True, True]):
+            raise ValueError("T_tool_hand, or T_tool_right_hand and T_tool_left_hand for both")
+        return self
+
+    def poses(self) -> tuple[Pose, ...]:
+        """Returns the hand as the tool sees it, or both, the right one first."""
+        given = (self.T_tool_hand, self.T_tool_right_hand, self.T_tool_left_hand)
+        return tuple(one.pose() for one in given if one is not None)
 
 
 class SigmaX(_Strict):
@@ -117,6 +132,12 @@ _GRASP_SCHEMA = {
             "properties": {"T_tool_hand": _POSE_SCHEMA},
             "required": ["T_tool_hand"],
         },
+        {
+            "type": "object",
+            "description": "Both hands on one object.",
+            "properties": {"T_tool_right_hand": _POSE_SCHEMA, "T_tool_left_hand": _POSE_SCHEMA},
+            "required": ["T_tool_right_hand", "T_tool_left_hand"],
+        },
     ]
 }
 
@@ -134,7 +155,9 @@ def _explicit_grasp(value: Any) -> Any:
         return None
     if isinstance(value, dict | Grasp):
         return value
-    raise ValueError("'from_start', or {T_tool_hand: a pose}")
+    raise ValueError(
+        "'from_start', {T_tool_hand: a pose}, or {T_tool_right_hand, T_tool_left_hand: poses}"
+    )
 
 
 class FootSplit(_Strict):
@@ -152,6 +175,8 @@ class FootSplit(_Strict):
 
 class Candidate(_Strict):
     """One trajectory of the tool (or of the hand, with an identity grasp), column by column.
+
+    Held with both hands, the tool is the object between them, and orientations are needed.
 
     Without ``orientation_xyzw`` the task is the position alone.
     """
@@ -171,7 +196,8 @@ class AssessmentRequest(_Strict):
 
     model_id: str
     name: str | None = Field(default=None, max_length=200)
-    hand: Literal["right", "left"] = "right"
+    #: The led hand; ``both`` hold one object, whose poses the candidates are.
+    hand: Literal["right", "left", "both"] = "right"
     start: Start
     #: Poses of the frames that candidates name, in the world; ``world`` is always known.
     frames: dict[str, PoseInput] = {}
@@ -185,7 +211,7 @@ class AssessmentRequest(_Strict):
     )
     #: What the person bears of the payload; the robot bears the rest.
     payload_share: float = Field(strict=True, default=1.0, ge=0.0, le=1.0, allow_inf_nan=False)
-    #: Further force of the robot on the person's hand, world axes, N.
+    #: Further force of the robot on the person's hand, world axes, N; of both hands together.
     hand_force_n: Force3 = [0.0, 0.0, 0.0]
     foot_split: FootSplit | None = None
     #: The robot's repeatability, m; or ``{position_m, orientation_rad}``.
@@ -364,6 +390,8 @@ class Posture(BaseModel):
     joint_position: list[list[float]]
     samples: list[list[list[float]]]
     base: dict[str, list[list[float]]]
+    #: The pelvis of each of the ``samples``; it moves where the feet stand.
+    samples_base: list[dict[str, list[list[float]]]]
     effort_p50_nm: dict[str, list[float]]
     effort_scale_nm: dict[str, float]
     target: dict[str, list[list[float]]]

@@ -23,7 +23,7 @@ from app.problems import NotFound
 from app.version import VERSION
 
 #: Changes whenever the same request would be answered otherwise than before.
-_REVISION = 4
+_REVISION = 5
 
 Progress = Callable[[int, int], None]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.problems import Unreadable, UnsupportedFormat
 from human import Chain, HumanModel
-from prediction import ModelFileError, OperatorModel, load_model
+from prediction import Base, Hand, ModelFileError, OperatorModel, load_model
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,18 +29,25 @@ class Operator:
 
     @property
     def chain(self) -> Chain:
-        """From the pelvis to the led hand."""
+        """From what stays where it is to the led hand, or both."""
         return self.content.chain
 
     @property
-    def hand(self) -> str:
-        """``right`` or ``left``."""
-        return "left" if self.tip.startswith("Left") else "right"
+    def hand(self) -> Hand:
+        """The led hand: ``right``, ``left`` or ``both``."""
+        assert self.content.skeleton is not None  # refused when it was opened
+        return self.content.skeleton.hand
 
     @property
-    def tip(self) -> str:
-        """Frame of the led hand."""
-        return self.chain.tip
+    def base(self) -> Base:
+        """What of the body stays where it is: ``pelvis`` or ``feet``."""
+        assert self.content.skeleton is not None
+        return self.content.skeleton.fixed
+
+    @property
+    def tips(self) -> tuple[str, ...]:
+        """Frames of the led hands, the right one first."""
+        return self.chain.led
 
 
 def is_model_file(path: Path) -> bool:

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from app.assessments.candidates import CandidateRejected, hand_path, parse_candidate
 from app.assessments.poses import IDENTITY, Pose
+from app.assessments.timing import prediction_grid, resample
 
 UNIT = [0.0, 0.0, 0.0, 1.0]
 
@@ -107,13 +108,38 @@ def test_frames_and_grasp_compose_to_the_hand_in_the_world() -> None:
     path = parse_candidate(candidate(frame_id="table"), 0)
     first = Pose(path.rotation[0], path.position[0])
     start = table @ first @ grasp
-    hand = hand_path(path, {"world": IDENTITY, "table": table}, grasp, start)
+    hand = hand_path(path, {"world": IDENTITY, "table": table}, (grasp,), (start,))
     # By hand, as homogeneous matrices.
     expected = matrix(table) @ matrix(Pose(path.rotation[2], path.position[2])) @ matrix(grasp)
     np.testing.assert_allclose(matrix(hand.pose[2]), expected, atol=1e-14)
-    from_start = hand_path(path, {"table": table}, None, start)
-    np.testing.assert_allclose(matrix(from_start.grasp), matrix(grasp), atol=1e-14)
+    from_start = hand_path(path, {"table": table}, None, (start,))
+    np.testing.assert_allclose(from_start.pose.rotation, hand.pose.rotation, atol=1e-14)
     np.testing.assert_allclose(from_start.pose.position, hand.pose.position, atol=1e-14)
+
+
+def test_both_hands_go_with_the_object_also_between_the_points_sent() -> None:
+    grasps = pose([0.2, 0, 0], [0.0, -0.2, 0.05]), pose([-0.3, 0.4, 0], [0.02, 0.2, 0.0])
+    turns = Rotation.from_rotvec([[0, 0, 0], [0, 0.3, 0.4], [0.1, 0.6, 0.9]]).as_quat().tolist()
+    path = parse_candidate(candidate(time_s=[0.0, 0.7, 1.4], orientation_xyzw=turns), 0)
+    first = Pose(path.rotation[0], path.position[0])
+    starts = tuple(first @ grasp for grasp in grasps)
+    for given in (grasps, None):
+        both = hand_path(path, {"world": IDENTITY}, given, starts)
+        hands = resample(both, prediction_grid(both.time_s)).hands()
+        assert len(hands.position) > 3
+        right = Pose(hands.rotation[:, 0], hands.position[:, 0])
+        left = Pose(hands.rotation[:, 1], hands.position[:, 1])
+        apart, expected = right.inverse() @ left, grasps[0].inverse() @ grasps[1]
+        np.testing.assert_allclose(apart.position - expected.position, 0.0, atol=1e-12)
+        np.testing.assert_allclose(apart.rotation - expected.rotation, 0.0, atol=1e-12)
+        last = Pose(path.rotation[-1], path.position[-1]) @ grasps[1]
+        np.testing.assert_allclose(left.position[-1], last.position, atol=1e-12)
+    alone = parse_candidate(candidate(orientation_xyzw=None), 0)
+    with pytest.raises(CandidateRejected, match="each hand"):
+        hand_path(alone, {"world": IDENTITY}, grasps, starts)
+    moved = starts[0], Pose(starts[1].rotation, starts[1].position + np.array([0.05, 0.0, 0.0]))
+    with pytest.raises(CandidateRejected, match="does not meet"):
+        hand_path(path, {"world": IDENTITY}, grasps, moved)
 
 
 def matrix(value: Pose) -> np.ndarray:
@@ -127,15 +153,15 @@ def test_an_unknown_frame_a_far_start_and_a_turned_start_are_refused() -> None:
     path = parse_candidate(candidate(), 2)
     here = Pose(np.eye(3), path.position[0])
     with pytest.raises(CandidateRejected, match="frame 'world' is not given") as caught:
-        hand_path(path, {"table": IDENTITY}, IDENTITY, here)
+        hand_path(path, {"table": IDENTITY}, (IDENTITY,), (here,))
     assert caught.value.faults[0].pointer == "/candidates/2/frame_id"
     far = Pose(np.eye(3), path.position[0] + [0.03, 0, 0])
     with pytest.raises(CandidateRejected, match="does not meet") as caught:
-        hand_path(path, {"world": IDENTITY}, IDENTITY, far)
+        hand_path(path, {"world": IDENTITY}, (IDENTITY,), (far,))
     assert "0.030 m" in caught.value.faults[0].got
     turned = Pose(Rotation.from_euler("x", 6, degrees=True).as_matrix(), path.position[0])
     with pytest.raises(CandidateRejected, match="orientation in the start") as caught:
-        hand_path(path, {"world": IDENTITY}, IDENTITY, turned)
+        hand_path(path, {"world": IDENTITY}, (IDENTITY,), (turned,))
     assert "6.0 deg" in caught.value.faults[0].got
 
 
@@ -145,10 +171,10 @@ def test_a_tool_beyond_any_grasp_is_refused_where_the_grasp_comes_from_the_start
 ) -> None:
     path = parse_candidate(candidate(orientation_xyzw=orientation), 1)
     near = Pose(np.eye(3), path.position[0] + [0.0, 0.0, 0.99])
-    hand_path(path, {"world": IDENTITY}, None, near)
+    hand_path(path, {"world": IDENTITY}, None, (near,))
     far = Pose(np.eye(3), path.position[0] + [0.0, 0.0, 1.01])
     with pytest.raises(CandidateRejected, match="do not meet") as caught:
-        hand_path(path, {"world": IDENTITY}, None, far)
+        hand_path(path, {"world": IDENTITY}, None, (far,))
     assert caught.value.faults[0].pointer == "/candidates/1/position_m/0"
     assert caught.value.faults[0].got == "1.010 m away"
 
@@ -156,10 +182,10 @@ def test_a_tool_beyond_any_grasp_is_refused_where_the_grasp_comes_from_the_start
 def test_a_position_path_keeps_the_offset_of_the_start_and_refuses_a_lever() -> None:
     path = parse_candidate(candidate(orientation_xyzw=None), 0)
     start = pose([0.3, 0.2, 0.1], [0.4, 0.05, 1.1])
-    hand = hand_path(path, {"world": IDENTITY}, None, start)
+    hand = hand_path(path, {"world": IDENTITY}, None, (start,))
     assert hand.position_only
     np.testing.assert_allclose(hand.pose.position[0], start.position)
     np.testing.assert_allclose(np.diff(hand.pose.position, axis=0), np.diff(path.position, axis=0))
     lever = Pose(np.eye(3), np.array([0.0, 0.0, 0.1]))
     with pytest.raises(CandidateRejected, match="cannot be told"):
-        hand_path(path, {"world": IDENTITY}, lever, start)
+        hand_path(path, {"world": IDENTITY}, (lever,), (start,))

@@ -6,7 +6,7 @@ from app.assessments.effort import HandLoad, joint_efforts, velocities
 from human import HumanModel, Subject, generate_model
 
 _HAND = np.array([0.3, -0.2, 1.2])
-_LOAD = HandLoad("RightHandCOM", 2.0, np.zeros(3))
+_LOAD = HandLoad(("RightHandCOM",), 2.0, np.zeros(3))
 
 
 def _arm(model: HumanModel) -> np.ndarray:

@@ -36,7 +36,7 @@ def test_other_times_are_divided_evenly_over_the_same_duration(time: np.ndarray)
 def test_resampling_is_straight_and_takes_the_shortest_turn() -> None:
     rotation = Rotation.from_rotvec([[0, 0, 0], [0, 0, np.pi / 2]]).as_matrix()
     path = HandPath(
-        np.array([0.0, 1.0]), Pose(rotation, np.array([[0.0, 0, 1], [1, 0, 1]])), False, IDENTITY
+        np.array([0.0, 1.0]), Pose(rotation, np.array([[0.0, 0, 1], [1, 0, 1]])), False, (IDENTITY,)
     )
     fine = resample(path, prediction_grid(path.time_s))
     share = fine.time_s
