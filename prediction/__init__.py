@@ -38,7 +38,9 @@ from prediction.familiarity import Familiarity
 from prediction.gaussian_laws import MinimumNormIk, SbM, WIk
 from prediction.generic import generic_operator
 from prediction.hand_path import HandPath
+from prediction.hand_scatter import learned_sigma_x
 from prediction.held_out import Stretches, run_held_out
+from prediction.joint_costs import JointCosts, joint_costs
 from prediction.joint_limits import JointLimits
 from prediction.joint_process import CcGp, Gp
 from prediction.kept_samples import KeptSamples, KeptTake, TakeSource
@@ -89,6 +91,7 @@ __all__ = [
     "Hand",
     "HandNoise",
     "HandPath",
+    "JointCosts",
     "JointLimits",
     "JointReduction",
     "KeptSamples",
@@ -138,6 +141,8 @@ __all__ = [
     "find_reduction",
     "generic_operator",
     "join",
+    "joint_costs",
+    "learned_sigma_x",
     "led_chain",
     "load_model",
     "model_bytes",

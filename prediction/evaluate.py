@@ -101,26 +101,29 @@ def score_method(
         samples: Sampled postures a piece.
 
     Returns:
-        Its figures. Density and one-step errors are those of the learned joints.
+        Its figures. Density and one-step errors are those of the learned joints; densities are at
+        the model's own Sigma_x if it has one, else at `hand_velocity_noise`.
     """
     follower = model.follower(method, task, chain)
     whole = held_out.for_task(task)
     learned = whole.reduced(model.reduction)
     predictor, memory = follower.predictor, model.fitted(method, task).memory
-    one_step: dict[str, Any] = {**_one_step(predictor, learned, None)}
+    sigma_x = hand_velocity_noise(learned)
+    if model.sigma_x is not None:
+        sigma_x = model.sigma_x[: len(sigma_x), : len(sigma_x)]
+    one_step: dict[str, Any] = {**_one_step(predictor, learned, None, sigma_x)}
     if memory is not None:
         told = memory.within(predictor, learned)
-        one_step["with_previous"] = _one_step(predictor, learned, told)
+        one_step["with_previous"] = _one_step(predictor, learned, told, sigma_x)
     pieces = Stretches.by_length(whole) if stretches is None else [stretches]
     runs = [run_held_out(follower, whole, one, samples, rng) for one in pieces if len(one.index)]
     return MethodScore(method, **one_step, **_closed_loop(runs, model.reduction.kept))
 
 
 def _one_step(
-    predictor: Predictor, held: Demonstrations, previous: Previous | None
+    predictor: Predictor, held: Demonstrations, previous: Previous | None, sigma_x: Array
 ) -> dict[str, float]:
     q, xdot, J = held.q, held.xdot, held.jacobian
-    sigma_x = hand_velocity_noise(held)
     density = predictor.log_prob(q, xdot, held.qdot, J, sigma_x, previous)
     prediction = predictor.predict(q, xdot, J, previous)
     deviation = np.sqrt(np.einsum("...ii->...i", prediction.covariance(sigma_x)))

@@ -85,6 +85,11 @@ class HeldOutEngine(FastEngine):
         value = float(scorer.scores(Y[None])[0])
         return value, self.by_theta(theta, K, by_gram), -rows.T @ pull
 
+    def residual_map(self, theta: Array) -> Array:
+        """Returns B, ``(N, N)``: held-out errors in deviations are ``B Y``."""
+        scorer = self.scorer(theta)
+        return np.asarray(scorer.residual_map / np.sqrt(scorer.variance)[:, None])
+
     def scorer(self, theta: Array) -> "HeldOutScorer":
         """See `LikelihoodEngine.scorer`; the noise ratio is that of theta."""
         return self._scorer(inverse_and_log_det(self.noisy(self.gram(theta), theta))[0])
@@ -110,17 +115,17 @@ class HeldOutScorer:
         """Keeps both."""
         if not (variance > 0).all():
             raise np.linalg.LinAlgError("a held-out variance is not positive")
-        self.residual_map, self._variance = residual_map, variance
+        self.residual_map, self.variance = residual_map, variance
         self._constant = 1.0 + np.log(2 * np.pi) + np.log(variance).mean()
 
     def residuals(self, target: Array) -> tuple[Array, Array]:
         """Returns held-out errors ``(N, k)`` of one target and their variances ``(N,)`` over S."""
-        return np.asarray(self.residual_map @ target), self._variance
+        return np.asarray(self.residual_map @ target), self.variance
 
     def scores(self, targets: Array) -> Array:
         """See `TargetScorer.scores`."""
         residual = np.matmul(self.residual_map, targets)
-        weighted = residual / self._variance[:, None]
+        weighted = residual / self.variance[:, None]
         moment = np.swapaxes(weighted, 1, 2) @ residual / targets.shape[1]
         sign, log_det = np.linalg.slogdet(moment)
         score = -0.5 * (log_det + targets.shape[2] * self._constant)

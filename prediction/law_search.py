@@ -324,7 +324,7 @@ class _Search:
             return -float(answer[0]), -answer[1:]
 
         start = np.clip(best, *np.transpose(bounds))
-        options = {"maxfun": budget, "maxiter": budget, "ftol": 1e-11, "gtol": 1e-6}
+        options = {"maxfun": budget, "maxiter": budget, "ftol": 1e-9, "gtol": 1e-6}
         minimize(negative, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         found = best[:size] - best[:size].mean()
         return WeightSearch(found, reached, asked), best[size:]

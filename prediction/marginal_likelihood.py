@@ -215,6 +215,22 @@ class FastEngine:
             lengths.append(2.0 * (row @ (a**2).sum(axis=1) - (a * (slope @ a)).sum()))
         return np.array([*lengths, noise])
 
+    def residual_map(self, theta: Array) -> Array:
+        """Returns B, ``(N, N)``: the likelihood of Y is ``-log|(B Y)' B Y / N| / 2`` and constants.
+
+        Its rows are the innovations: each sample less what those before it predict, in deviations.
+        """
+        count = len(self._q)
+        K = self.noisy(self.gram(theta), theta)
+        factor = scipy.linalg.cholesky(K, lower=True, overwrite_a=True, check_finite=False)
+        whiten = scipy.linalg.solve_triangular(
+            factor, np.eye(count), lower=True, overwrite_b=True, check_finite=False
+        )
+        if self.constant_mean:
+            one = whiten.sum(axis=1)
+            whiten -= np.outer(one, one @ whiten) / (one @ one)
+        return np.asarray(whiten)
+
     def scorer(self, theta: Array) -> "TargetScorer":
         """See `LikelihoodEngine.scorer`; the noise ratio is profiled for each target."""
         values, vectors = np.linalg.eigh(self.gram(theta))

@@ -26,6 +26,7 @@ from human import HumanError, Subject
 from prediction.chain import TASKS, JointReduction, Task
 from prediction.errors import ModelFileError, PredictionError
 from prediction.familiarity import Familiarity
+from prediction.hand_scatter import checked_sigma_x
 from prediction.kept_samples import KeptSamples, KeptTake
 from prediction.memory import NullSpaceMemory
 from prediction.methods import method_class
@@ -51,6 +52,8 @@ def model_bytes(model: OperatorModel) -> bytes:
         "familiarity/centres": model.familiarity.centres,
         "demonstrated": model.demonstrated,
     }
+    if model.sigma_x is not None:
+        tensors["sigma_x"] = model.sigma_x
     methods = []
     for (name, task), fitted in model.methods.items():
         arrays, values = fitted.predictor.to_arrays()
@@ -285,6 +288,7 @@ def _assemble(header: Mapping[str, Any], tensors: Mapping[str, Array]) -> Operat
             _positive(cover["level"]),
         ),
         demonstrated=tensors["demonstrated"],
+        sigma_x=_sigma_x(tensors),
         skeleton=skeleton,
         linear_rows=int(header["linear_rows"]),
         seed=int(header["seed"]),
@@ -326,6 +330,12 @@ def _try_out(predictor: Predictor, joints: int) -> None:
     _shape("null_factor", answer.null_factor, (joints, None))
     if not (np.isfinite(answer.mean).all() and np.isfinite(answer.null_factor).all()):
         raise ValueError("its prediction is not finite")
+
+
+def _sigma_x(tensors: Mapping[str, Array]) -> Array | None:
+    if "sigma_x" not in tensors:
+        return None
+    return checked_sigma_x(tensors["sigma_x"], len(tensors["sigma_x"]))
 
 
 def _shape(name: str, array: Array, shape: tuple[int | None, ...]) -> None:

@@ -113,6 +113,8 @@ class OperatorModel:
         metrics: Held-out comparison of the methods, JSON values.
         training: Options, sample counts and versions, JSON values.
         samples: The motion it was trained on, so that more can be added; None if it was not kept.
+        sigma_x: Scatter of the hand velocity about the commanded one, ``(m, m)``, linear rows
+            first: learned or given; None if nothing was said of it.
     """
 
     methods: Mapping[tuple[str, Task], FittedMethod]
@@ -127,6 +129,7 @@ class OperatorModel:
     metrics: Mapping[str, Any] = field(default_factory=dict)
     training: Mapping[str, Any] = field(default_factory=dict)
     samples: KeptSamples | None = None
+    sigma_x: Array | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from prediction.choice import Choice, choose_method
 from prediction.demonstration_check import check_demonstrations
 from prediction.demonstrations import SAMPLES_PER_JOINT, Demonstrations, find_reduction
 from prediction.familiarity import Familiarity
+from prediction.hand_scatter import checked_sigma_x
 from prediction.held_out import calibrate
 from prediction.joint_limits import JointLimits
 from prediction.kept_samples import KeptSamples, TakeSource
@@ -130,6 +131,7 @@ def train_operator(
     options: TrainingOptions | None = None,
     metrics: Mapping[str, Any] | None = None,
     takes: Sequence[TakeSource] = (),
+    sigma_x: Array | None = None,
     start: OperatorModel | None = None,
     kept: MutableMapping[str, bytes] | None = None,
     progress: Progress | None = None,
@@ -144,6 +146,8 @@ def train_operator(
         options: How.
         metrics: Held-out comparison to keep with the model; see `compare_methods`.
         takes: Where each take came from, in their order.
+        sigma_x: Scatter of the hand velocity about the commanded one, ``(m, m)``, to keep with the
+            model; `learned_sigma_x` learns it where the command is known.
         start: A model of the same chain whose weights and kernel the search starts from.
         kept: Filled with what is finished. Given again with the same arguments after the training
             was broken off, the rest is done and the model is the same bit for bit. What is in it
@@ -167,7 +171,7 @@ def train_operator(
     learned.check_enough()
     limits = JointLimits(reduction.expansion, chain.lower, chain.upper)
     limits = limits.widened_to(demonstrations.q)
-    q = demonstrations.q
+    q, rows = demonstrations.q, demonstrations.jacobian.shape[1]
     model = OperatorModel(
         methods={},
         method=options.method,
@@ -178,6 +182,7 @@ def train_operator(
         linear_rows=demonstrations.linear_rows,
         seed=seed,
         data_digest=data_digest(demonstrations),
+        sigma_x=None if sigma_x is None else checked_sigma_x(sigma_x, rows),
     )
     job = _Job(chain, demonstrations, model, limits, options, start, should_stop)
     pieces = _Pieces(kept, model, _key(chain, demonstrations, seed, options, start))

@@ -80,6 +80,23 @@ class NullSpaceTargets:
         followed = weighted_solution(W, self._jacobian, self._xdot)
         return np.asarray(self._free - np.einsum("tnk,tn->tk", self._V, followed))
 
+    def sensitivity(self, log_weights: Array) -> Array:
+        """Returns the derivative of y ``(N, k)`` by log weights ``(n,)``, ``(N, k, n)``.
+
+        Derived here: as in `pull_back`, with ``V' P_W`` instead of its product with a slope.
+        """
+        W = scaled_correlation(log_weights, self._correlation)
+        rows = weighted_rows(W, self._jacobian)
+        gram = rows @ np.swapaxes(self._jacobian, 1, 2)
+        across = np.swapaxes(self._V, 1, 2)
+        both = solve_spd(gram, np.concatenate([self._xdot[..., None], rows], axis=-1))
+        multiplier = np.einsum("tmn,tm->tn", self._jacobian, both[..., 0])
+        free = across - (across @ np.swapaxes(both[..., 1:], 1, 2)) @ self._jacobian
+        if W.ndim == 1:
+            return np.asarray(-free * (W * multiplier)[:, None, :])
+        first = free * (multiplier @ W)[:, None, :]
+        return np.asarray(-0.5 * (first + (free @ W) * multiplier[:, None, :]))
+
     def pull_back(self, log_weights: Array, slope: Array) -> Array:
         """Returns the derivative by log weights ``(n,)`` of a score with ``slope`` = d score / d y.
 

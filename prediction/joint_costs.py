@@ -1,0 +1,93 @@
+"""A learned W as what IK libraries take: a cost for each joint."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prediction.chain import Task
+from prediction.operator_model import OperatorModel
+from prediction.predictor import Predictor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointCosts:
+    """What it costs this person to move each joint, for IK that minimises ``sum (cost_j dq_j)^2``.
+
+    Attributes:
+        cost: By joint; their geometric mean is one, since only ratios matter.
+        held: Joints that do not move: fix them.
+        coupled: Joints that move as a mix of others: share by joint.
+        method: Whose W it is.
+        exact: Whether IK with these costs moves the joints exactly as the method's W does.
+        notes: What to know before use.
+    """
+
+    cost: Mapping[str, float]
+    held: tuple[str, ...]
+    coupled: Mapping[str, Mapping[str, float]]
+    method: str
+    exact: bool
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns JSON values."""
+        return asdict(self)
+
+
+def joint_costs(
+    model: OperatorModel,
+    method: str | None = None,
+    task: Task = "pose",
+    q: Array | None = None,
+) -> JointCosts:
+    """Returns the joint costs of a trained method.
+
+    Args:
+        model: The operator.
+        method: A trained method; the chosen one if not given.
+        task: Which of its models.
+        q: Posture of all joints, ``(n,)`` rad, for methods whose W depends on it.
+
+    Returns:
+        The costs.
+
+    Raises:
+        UnsupportedMethodError: The method was not trained.
+
+    Source: the damping task of pink and of mink has the Hessian ``diag(cost)^2``, so
+    ``cost_j = 1 / sqrt(w_j)``, with the hand's task far heavier, gives ``J_W^+ xdot``.
+    Derived here: where W has correlations no diagonal is exact; its diagonal is the one whose
+    Gaussian is nearest (least ``KL(N(0, W), N(0, diag d))``), at ``d_j = W_jj``.
+    """
+    name = model.method if method is None else method
+    predictor = model.fitted(name, task).predictor
+    reduction = model.reduction
+    local = type(predictor).weights_at is not Predictor.weights_at
+    W = predictor.weights if q is None or not local else predictor.weights_at(q[reduction.kept])
+    exact = W.ndim == 1 or bool(np.array_equal(W, np.diag(np.diagonal(W))))
+    variance = W if W.ndim == 1 else np.diagonal(W)
+    log_cost = -0.5 * np.log(variance)
+    cost = np.exp(log_cost - log_cost.mean())
+    coupling = {joint: reduction.coupling(joint) for joint in reduction.dropped_names}
+    notes = list(predictor.notes)
+    if local and q is None:
+        notes.append(f"the W of {name} depends on the posture: these are the costs far from all")
+        notes[-1] += " demonstrations; pass a posture for those near it"
+    if not exact:
+        notes.append(
+            f"the W of {name} has correlations between joints, which costs cannot express: the "
+            "joints take part in proportion, not together as they were seen to"
+        )
+    return JointCosts(
+        cost=dict(zip(reduction.kept_names, cost.tolist(), strict=True)),
+        held=tuple(joint for joint, mix in coupling.items() if not mix),
+        coupled={joint: mix for joint, mix in coupling.items() if mix},
+        method=name,
+        exact=exact,
+        notes=tuple(notes),
+    )
