@@ -27,6 +27,7 @@ from prediction import (
     save_model,
     train_operator,
 )
+from tests.app.cli.running import run
 from tests.app.estimates.lifting import Lifting, write_lifting
 
 BASE_URL = "http://127.0.0.1:8000"
@@ -132,13 +133,34 @@ def model_id(api: TestClient, scene: Scene) -> str:
 @pytest.fixture(scope="session")
 def bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of the simulated person carrying a box."""
-    person = operator("average", np.random.default_rng(7))
-    motion = simulate_box_handling(
-        scene.model, person, np.random.default_rng(5), rate_hz=20.0
-    ).motion
     file = tmp_path_factory.mktemp("recording") / "box.bvh"
-    write_bvh(file, scene.model, motion)
+    _write_box_handling(scene, file, seed=5, rate_hz=20.0)
     return file
+
+
+@pytest.fixture(scope="session")
+def other_bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Another recording of her."""
+    file = tmp_path_factory.mktemp("recording") / "other.bvh"
+    _write_box_handling(scene, file, seed=6, rate_hz=20.0)
+    return file
+
+
+def _write_box_handling(scene: Scene, file: Path, seed: int, rate_hz: float) -> None:
+    person = operator("average", np.random.default_rng(7))
+    rng = np.random.default_rng(seed)
+    write_bvh(
+        file, scene.model, simulate_box_handling(scene.model, person, rng, rate_hz=rate_hz).motion
+    )
+
+
+@pytest.fixture(scope="session")
+def trained_file(bvh: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The model that ``ergocast train --method cov-ik`` makes of the recording."""
+    out = tmp_path_factory.mktemp("trained") / "operator.safetensors"
+    person = ("--height", 1.72, "--mass", 68, "--sex", "female")
+    assert run("train", bvh, *person, "--method", "cov-ik", "--out", out) == 0
+    return out
 
 
 @pytest.fixture(scope="session")

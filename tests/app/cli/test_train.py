@@ -2,12 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
 import prediction.train
 from app.cli import train as train_command
+from app.cli.output import progress_bar
 from prediction import load_model
 from tests.app.cli.running import Capture, failed, run
 
@@ -17,12 +18,27 @@ QUICK = ["--method", "cov-ik"]
 FITS = 6
 
 
-@pytest.fixture(scope="module")
-def trained(bvh: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model trained in one go."""
-    out = tmp_path_factory.mktemp("trained") / "operator.safetensors"
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 0
-    return out
+class Told:
+    """The bar, overheard."""
+
+    shown: ClassVar[list[str]] = []
+
+    def __init__(self, quiet: bool) -> None:
+        self._inner = progress_bar(quiet)
+
+    def __enter__(self) -> Any:
+        self.progress = self._inner.__enter__()
+        update = self.progress.update
+
+        def overheard(task: Any, **fields: Any) -> None:
+            Told.shown.append(fields["description"])
+            update(task, **fields)
+
+        self.progress.update = overheard
+        return self.progress
+
+    def __exit__(self, *error: Any) -> None:
+        self._inner.__exit__(*error)
 
 
 class Fits:
@@ -43,10 +59,16 @@ class Fits:
 
 
 def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
-    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    bvh: Path,
+    trained_file: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     out = tmp_path / "mine.safetensors"
     fits = Fits(monkeypatch, stop_at=4)
+    monkeypatch.setattr(train_command, "progress_bar", Told)
+    Told.shown.clear()
     assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 130
     said = " ".join(capsys.readouterr().err.split())
     assert "3 fits are done" in said and "the same command goes on" in said
@@ -58,23 +80,35 @@ def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
     assert "method: cov-ik then, sb-m now" in said and "--restart" in said
     assert "hand" not in said
     before = len(fits.made)
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 0
-    assert "3 fits are done" in capsys.readouterr().err
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--json") == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["method"] == "cov-ik" and captured.err == ""
     assert len(fits.made) - before == FITS - 3
-    assert out.read_bytes() == trained.read_bytes()
+    assert out.read_bytes() == trained_file.read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["mine.safetensors"]
+    assert any("held-out comparison, cov-ik (pose)" in one for one in Told.shown)
+    assert any("training, minimum-norm (position)" in one for one in Told.shown)
+    assert any(one.endswith("nats a sample") for one in Told.shown)
 
 
 def test_restart_begins_anew_and_touches_nothing_else(
-    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    bvh: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     out = tmp_path / "mine.safetensors"
-    fits = Fits(monkeypatch, stop_at=2)
+    Fits(monkeypatch, stop_at=2)
     assert run("train", bvh, *PERSON, "--method", "sb-m", "--out", out) == 130
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--restart") == 0
-    assert len(fits.made) == 2 + FITS
-    assert out.read_bytes() == trained.read_bytes()
     capsys.readouterr()
+    (folder,) = tmp_path.iterdir()
+    assert json.loads((folder / "about.json").read_text())["method"] == "sb-m"
+    monkeypatch.undo()
+    again = Fits(monkeypatch, stop_at=2)
+    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--restart", "--json") == 130
+    assert "Going on" not in capsys.readouterr().err
+    assert again.made == ["cov-ik", "stopped"]
+    assert json.loads((folder / "about.json").read_text())["method"] == "cov-ik"
     strange = tmp_path / "other.safetensors.unfinished"
     strange.mkdir()
     (strange / "diary.txt").write_text("mine")
@@ -83,18 +117,18 @@ def test_restart_begins_anew_and_touches_nothing_else(
     assert "no training" in said and (strange / "diary.txt").read_text() == "mine"
 
 
-def test_inspect_shows_what_a_model_holds(trained: Path, capsys: Capture) -> None:
-    assert run("inspect", trained, "--json") == 0
+def test_inspect_shows_what_a_model_holds(trained_file: Path, capsys: Capture) -> None:
+    assert run("inspect", trained_file, "--json") == 0
     model = json.loads(capsys.readouterr().out)
     assert model["format"] == "ergocast-operator-model"
     assert model["subject"] == {"height_m": 1.72, "mass_kg": 68.0, "sex": "female"}
     (take,) = model["takes"]
     assert (take["name"], take["samples"]) == ("box.bvh", model["samples"])
     joints = model["joints"]
-    held = load_model(trained).reduction
+    held = load_model(trained_file).reduction
     assert joints["learned"] == list(held.kept_names)
     assert sorted([*joints["locked"], *joints["following"]]) == sorted(held.dropped_names)
-    assert run("inspect", trained) == 0
+    assert run("inspect", trained_file) == 0
     page = capsys.readouterr().out
     for words in ("1.72 m, 68 kg, female", "right hand", "cov-ik *", "minimum-norm", "box.bvh"):
         assert words in page
@@ -104,7 +138,7 @@ def test_inspect_shows_what_a_model_holds(trained: Path, capsys: Capture) -> Non
 
 
 def test_recordings_are_added_once_and_of_one_person(
-    tmp_path: Path, bvh: Path, trained: Path, capsys: Capture
+    tmp_path: Path, bvh: Path, trained_file: Path, capsys: Capture
 ) -> None:
     out = tmp_path / "more.safetensors"
     cases: list[tuple[list[object], str]] = [
@@ -114,45 +148,9 @@ def test_recordings_are_added_once_and_of_one_person(
         ([], "none"),
     ]
     for options, words in cases:
-        said = failed(capsys, "train", *options, "--add-to", trained, "--out", out)
+        said = failed(capsys, "train", *options, "--add-to", trained_file, "--out", out)
         assert words in " ".join(said.split())
     assert "not an operator model" in failed(capsys, "train", bvh, "--add-to", bvh, "--out", out)
     said = failed(capsys, "train", bvh, bvh, *PERSON, *QUICK, "--out", out)
     assert "same recording" in said
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_bar_says_the_likelihood_and_json_has_no_bar(
-    tmp_path: Path, bvh: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shown: list[str] = []
-    bar = train_command.progress_bar
-
-    class Told:
-        """The bar, overheard."""
-
-        def __init__(self, quiet: bool) -> None:
-            self._inner = bar(quiet)
-
-        def __enter__(self) -> Any:
-            self.progress = self._inner.__enter__()
-            update = self.progress.update
-
-            def overheard(task: Any, **fields: Any) -> None:
-                shown.append(fields["description"])
-                update(task, **fields)
-
-            self.progress.update = overheard
-            return self.progress
-
-        def __exit__(self, *error: Any) -> None:
-            self._inner.__exit__(*error)
-
-    monkeypatch.setattr(train_command, "progress_bar", Told)
-    out = tmp_path / "m.safetensors"
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--json") == 0
-    captured = capsys.readouterr()
-    assert json.loads(captured.out)["model"] == str(out) and captured.err == ""
-    assert any("held-out comparison, cov-ik (pose)" in one for one in shown)
-    assert any("training, minimum-norm (position)" in one for one in shown)
-    assert any(one.endswith("nats a sample") for one in shown)
