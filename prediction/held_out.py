@@ -16,6 +16,7 @@ from prediction.posture_band import PostureBand, fit_band
 from prediction.predictor import Predictor, ShouldStop, check_stop
 from prediction.propagation import Noise, Propagation, propagate
 from prediction.rollout import Follower
+from prediction.student_t import DEGREES, most_likely_tails
 
 Array = NDArray[np.float64]
 
@@ -192,6 +193,8 @@ class Calibration:
     Attributes:
         band: Coherent deviation of posture.
         variance_factor: What the one-step variance was multiplied by.
+        degrees: Degrees of freedom of the one-step law; infinite if it is Gaussian, or the method
+            has tails of its own.
         coverage_one_step: Share of held-out joint velocities in the 90 % interval, before and
             after.
         coverage_rollout: Share of held-out postures in the sampled 90 % band, before the last
@@ -203,6 +206,7 @@ class Calibration:
 
     band: PostureBand
     variance_factor: float
+    degrees: float
     coverage_one_step: tuple[float, float]
     coverage_rollout: float | None
     rollout_rmse_deg: float | None
@@ -274,22 +278,27 @@ def calibrate(
         stretches = Stretches.of(part)
         if len(stretches.index):
             folds.append(_Fold(follower, part, stretches))
-    factor = float((np.concatenate(white) ** 2).mean())
+    degrees, factor = most_likely_tails(
+        np.concatenate(white), DEGREES if predictor.fits_tails else ()
+    )
     standard = np.concatenate(inside)
     one_step = (
         float((standard <= NINETY).mean()),
         float((standard <= NINETY * np.sqrt(factor)).mean()),
     )
-    nats = np.concatenate([_null_density(fitted.rescaled(factor), held) for fitted, held in parts])
+    nats = np.concatenate(
+        [_null_density(f.rescaled(factor).with_tails(degrees), held) for f, held in parts]
+    )
     density = float(nats.mean())
     memory = NullSpaceMemory.fit(parts)
     if not folds:
         scatter = np.sqrt(factor) * 0.3 * np.linalg.cholesky(0.5 * moment)
         band = PostureBand(scatter, 1.0, moment)
-        return Calibration(band, factor, one_step, None, None, density, memory)
+        return Calibration(band, factor, degrees, one_step, None, None, density, memory)
     band, error = _fit(folds, rng, reduction)
     covered, ratio = _sampled(folds, band, rng, samples, reduction)
-    return Calibration(band.rescaled(ratio), factor, one_step, covered, error, density, memory)
+    band = band.rescaled(ratio)
+    return Calibration(band, factor, degrees, one_step, covered, error, density, memory)
 
 
 @dataclass(frozen=True, slots=True)

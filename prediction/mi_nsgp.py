@@ -18,9 +18,10 @@ from prediction.law_search import (
     search_law,
 )
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
-from prediction.predictor import Predictor, Progress, ShouldStop
+from prediction.predictor import Predictor, Progress, ShouldStop, gaussian_log_density
 from prediction.process import Process
 from prediction.recall import Remember, ask
+from prediction.student_t import student_t_log_density
 from prediction.weight_search import NullSpaceTargets, Optimizer, scaled_correlation
 
 Array = NDArray[np.float64]
@@ -41,6 +42,7 @@ class MiNsGp(Predictor):
         law: W, kernel and axes.
         process: The process of y, rad/s.
         scale: Calibration of the variance.
+        degrees: Degrees of freedom of y about its mean: a t if finite, of the same covariance.
 
     Source: Vianello et al. 2021, section V, with the marginal likelihood in place of the likelihood
     of the training set (which does not identify W), a full S in place of k independent processes,
@@ -51,9 +53,12 @@ class MiNsGp(Predictor):
     #: Which W, where `fit` is not told.
     default_weights: ClassVar[WeightKind] = "diagonal"
 
+    fits_tails: ClassVar[bool] = True
+
     law: Law
     process: Process
     scale: float
+    degrees: float = np.inf
 
     @classmethod
     def fit(
@@ -162,9 +167,19 @@ class MiNsGp(Predictor):
         variance = self.process.variance(q, xdot)[..., None, None]
         return np.asarray(self.scale * variance * self.process.output_covariance)
 
+    def null_log_density(self, residual: Array, covariance: Array) -> Array:
+        """Gaussian, or the t's."""
+        if np.isinf(self.degrees):
+            return gaussian_log_density(residual, covariance)
+        return student_t_log_density(residual, covariance, self.degrees)
+
     def rescaled(self, factor: float) -> Self:
         """Multiplies the variance."""
         return replace(self, scale=self.scale * factor)
+
+    def with_tails(self, degrees: float) -> Self:
+        """Sets the degrees of freedom."""
+        return replace(self, degrees=degrees)
 
     def refitted(self, demonstrations: Demonstrations) -> Self:
         """Conditions the process on other demonstrations; W and the kernel stay."""
@@ -186,6 +201,7 @@ class MiNsGp(Predictor):
         values |= {
             "constant_mean": law.constant_mean,
             "scale": self.scale,
+            "degrees": None if np.isinf(self.degrees) else self.degrees,
             "score": law.score,
             "evaluations": law.evaluations,
             "notes": list(law.notes),
@@ -207,7 +223,10 @@ class MiNsGp(Predictor):
             evaluations=int(values["evaluations"]),
             notes=tuple(map(str, values.get("notes", ()))),
         )
-        return cls(law, process, float(values["scale"]))
+        degrees = values.get("degrees")
+        return cls(
+            law, process, float(values["scale"]), np.inf if degrees is None else float(degrees)
+        )
 
 
 class NsGp(MiNsGp):

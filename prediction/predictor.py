@@ -105,6 +105,8 @@ class Predictor(ABC):
     name: ClassVar[str]
     #: Whether the mean moves the hand exactly as led.
     keeps_hand: ClassVar[bool] = True
+    #: Whether the law takes the heavier tails that held-out motion shows; see `with_tails`.
+    fits_tails: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -163,6 +165,13 @@ class Predictor(ABC):
     @abstractmethod
     def rescaled(self, factor: float) -> Self:
         """Returns the same predictor with its null-space covariance multiplied by ``factor``."""
+
+    def with_tails(self, degrees: float) -> Self:
+        """Returns the predictor with a t of these degrees of freedom, if it fits tails.
+
+        The covariance stays.
+        """
+        return self
 
     @abstractmethod
     def refitted(self, demonstrations: Demonstrations) -> Self:

@@ -298,6 +298,7 @@ class _Job:
             "band_clock": calibration.band.clock,
         }
         predictor = predictor.rescaled(calibration.variance_factor)
+        predictor = predictor.with_tails(calibration.degrees)
         return FittedMethod(predictor, calibration.band, metrics, calibration.memory)
 
     def _start(self, name: str, task: Task) -> Predictor | None:
