@@ -14,6 +14,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -58,14 +59,20 @@ class Tested:
 
 def tested(kind: str, seed: int, *, later: bool) -> Iterator[Tested]:
     """Trains on a person's led takes and yields the splits these are the training of."""
-    person = Person.of(kind, seed)
-    train, test = person.interleaved()
-    models = _trained(person, train)
-    yield _scored("EXP1 interleaved", f"{kind} {seed}", models, test)
-    yield _scored("EXP2", f"{kind} {seed}", models, person.free)
+    person, who = _person(kind, seed), f"{kind} {seed}"
     if later:
         train, test = person.later()
-        yield _scored("EXP1 later", f"{kind} {seed}", _trained(person, train), test)
+        yield _scored("EXP1 later", who, _trained(person, train), test)
+        return
+    train, test = person.interleaved()
+    models = _trained(person, train)
+    yield _scored("EXP1 interleaved", who, models, test)
+    yield _scored("EXP2", who, models, person.free)
+
+
+@cache
+def _person(kind: str, seed: int) -> Person:
+    return Person.of(kind, seed)
 
 
 def _trained(person: Person, train: Demonstrations) -> dict[str, OperatorModel]:
