@@ -30,7 +30,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Somebody who was shown to carry a box about with both hands, on standing feet."""
     rng = np.random.default_rng(2)
     chain = led_chain(generate_model(Subject(1.70, 70.0)), "both", "feet")
-    motion = motion_of(chain, led(chain, *object_way(rng, 4), rng))
+    motion = motion_of(chain, led(chain, *object_way(rng, 5), rng))
     options = TrainingOptions(method="cov-ik", tasks=("pose",), blocks=2)
     trained = train_operator(
         chain, demonstrations_from_motion(chain, motion), seed=0, options=options
