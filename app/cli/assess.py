@@ -85,6 +85,9 @@ def assess(
     from app.assessments.schemas import AssessmentRequest
     from app.models.operator import open_operator
 
+    taken = [Path(name).resolve() for name in (*trajectories, context or "-", model)]
+    if out is not None and out.resolve() in taken:
+        raise InvalidRequest(f"--out {out}: this is a file that is read; it is not overwritten.")
     request = gather(trajectories, context)
     for name, value in (("samples", samples), ("seed", seed)):
         if value is not None:

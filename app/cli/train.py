@@ -178,7 +178,7 @@ def train(
     """
     from app.cli.model_page import joints_in_words, print_report
     from app.models.description import described
-    from app.models.operator import open_operator
+    from app.models.operator import is_model_file, open_operator
     from app.takes import takes_of
     from app.training_job import training_job
     from app.unfinished import Unfinished
@@ -188,6 +188,10 @@ def train(
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
     if out.is_dir():
         raise InvalidRequest(f"--out {out}: expected the name of a file, this is a folder.")
+    if out.exists() and not is_model_file(out):
+        raise InvalidRequest(
+            f"--out {out}: this file is there and is no operator model; it is not overwritten."
+        )
     asked = {
         "method": method,
         "kernel": kernel,

@@ -77,3 +77,14 @@ def test_standing_still_teaches_nothing(tmp_path: Path, capsys: Capture) -> None
     said = failed(capsys, "train", file, *BODY, "--out", tmp_path / "model")
     assert "hand stays within" in " ".join(said.split())
     assert not (tmp_path / "model").exists()
+
+
+def test_what_is_read_is_never_overwritten(scene: Scene, tmp_path: Path, capsys: Capture) -> None:
+    recording = tmp_path / "only_copy.bvh"
+    recording.write_text("HIERARCHY")
+    assert "not overwritten" in failed(capsys, "train", recording, *BODY, "--out", recording)
+    request = tmp_path / "request.json"
+    request.write_text(json.dumps(scene.request("mdl_x")))
+    said = failed(capsys, "assess", "--model", scene.file, request, "--out", request)
+    assert "not overwritten" in said
+    assert recording.read_text() == "HIERARCHY" and "candidates" in request.read_text()
