@@ -33,17 +33,19 @@ def test_the_hand_is_on_its_path(rows):
 
 
 def test_learning_from_the_person_beats_minimum_norm(rows):
-    floor = rows["minimum-norm IK"].joint_rmse_deg
-    assert min(row.joint_rmse_deg for row in rows.values()) < 0.6 * floor
-    assert rows["MI-NsGP, as trained by default"].joint_rmse_deg < floor
-    assert rows["Cov-IK"].rula_equal > rows["minimum-norm IK"].rula_equal
+    floor = rows["minimum-norm"]
+    (chosen,) = (row for name, row in rows.items() if name.startswith("auto took"))
+    assert chosen.joint_rmse_deg < 0.6 * floor.joint_rmse_deg
+    # Taken on the first 70 %; on the rest it may not be the best, but must not be far from it.
+    assert chosen.joint_rmse_deg < 1.2 * min(row.joint_rmse_deg for row in rows.values())
+    assert chosen.rula_equal > floor.rula_equal
 
 
 def test_the_band_holds_what_came(rows):
-    best = min(rows.values(), key=lambda row: row.joint_rmse_deg)
-    assert 0.75 <= best.coverage90 <= 0.98
+    (chosen,) = (row for name, row in rows.items() if name.startswith("auto took"))
+    assert 0.8 <= chosen.coverage90 <= 0.98
 
 
 def test_the_example_prints_its_table(rows, example):
     text = example.table(list(rows.values()))
-    assert len(text.splitlines()) == 5 and "nan" not in text
+    assert len(text.splitlines()) == 1 + len(rows) and "nan" not in text
