@@ -132,13 +132,21 @@ export interface AssessmentSummary {
   n_candidates: number;
 }
 
+/** Where the pelvis is over time, in the world. */
+export interface BasePath {
+  position_m: number[][];
+  orientation_xyzw: number[][];
+}
+
 /** Postures over time, to be played on the body: one row of `joint_position` per frame. */
 export interface Posture {
   time_s: number[];
   joint_names: string[];
   joint_position: number[][];
   samples?: number[][][] | null;
-  base: { position_m: number[][]; orientation_xyzw: number[][] };
+  base: BasePath;
+  /** The pelvis of each of the samples; that of `base` if not given. */
+  samples_base?: BasePath[] | null;
   effort_p50_nm?: Record<string, number[]> | null;
   effort_scale_nm?: Record<string, number> | null;
   target?: { position_m: number[][] } | null;

@@ -44,9 +44,10 @@ export function mixOrientation(
 export function frameAt(posture: Posture, time: number, sample?: number): Frame {
   const place = placeOf(posture.time_s, time);
   const rows = sample === undefined ? posture.joint_position : posture.samples![sample]!;
+  const base = (sample === undefined ? null : posture.samples_base?.[sample]) ?? posture.base;
   return {
     jointPosition: mixRows(rows, place),
-    basePosition: [...mixRows(posture.base.position_m, place)] as [number, number, number],
-    baseOrientation: mixOrientation(posture.base.orientation_xyzw, place),
+    basePosition: [...mixRows(base.position_m, place)] as [number, number, number],
+    baseOrientation: mixOrientation(base.orientation_xyzw, place),
   };
 }

@@ -192,7 +192,7 @@ export class EcAssessmentPage extends LitElement {
       this.model?.name ?? assessment.model_id,
       subject?.height_m ? `${subject.height_m.toFixed(2)} m` : "",
       subject?.mass_kg ? `${subject.mass_kg.toFixed(0)} kg` : "",
-      this.model ? `${this.model.hand} hand` : "",
+      this.model ? (this.model.hand === "both" ? "both hands" : `${this.model.hand} hand`) : "",
     ].filter(Boolean);
     return html`<p class="about number">
       Predicted for ${person.join(", ")} from ${assessment.samples} posture samples, seed

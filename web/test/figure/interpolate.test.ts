@@ -49,6 +49,20 @@ describe("frameAt", () => {
     expect(frame.basePosition[0]).toBeCloseTo(0.5);
   });
 
+  it("shows another sample on a base of its own, where feet stand and pelves move", () => {
+    const base = {
+      position_m: [
+        [0, 0, 0.9],
+        [0, 0, 0.7],
+        [0, 0, 0.7],
+      ],
+      orientation_xyzw: posture.base.orientation_xyzw,
+    };
+    const moved = { ...posture, samples_base: [base] };
+    expect(frameAt(moved, 0.5, 0).basePosition[2]).toBeCloseTo(0.8);
+    expect(frameAt(moved, 0.5).basePosition[2]).toBeCloseTo(1);
+  });
+
   it("leaves the posture it was given alone", () => {
     frameAt(posture, 0.5);
     expect(posture.joint_position[0]).toEqual([0, 1]);
