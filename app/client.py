@@ -189,6 +189,27 @@ class Client:
         """Sends a model file made by ``ergocast train``."""
         return self._upload("/v1/models", Path(path), _MODEL_TYPE)
 
+    def train(
+        self,
+        recordings: Sequence[str],
+        progress: Callable[[dict[str, Any]], None] | None = None,
+        **options: Any,
+    ) -> dict[str, Any]:
+        """Trains an operator model on recordings and waits for its record.
+
+        Args:
+            recordings: Their ids; with what was added to them.
+            progress: Called with the operation each time it has moved.
+            options: The other fields of ``POST /v1/models``, such as ``height_m`` or ``add_to``.
+
+        Raises:
+            RequestRejected: The request is malformed.
+            OperationFailed: The work ended without a result.
+        """
+        body = {"recordings": list(recordings), **options}
+        operation = self._send("POST", "/v1/models", json=body).json()
+        return self._get(self.wait(operation["id"], progress)["result_url"])
+
     def recordings(self) -> list[dict[str, Any]]:
         """Lists recordings, newest first."""
         return list(self._get("/v1/recordings")["items"])

@@ -160,6 +160,9 @@ def training_job(
                 "of one hand led, the pelvis in place."
             )
         subject = Subject(height_m, mass_kg, sex or "unknown")  # type: ignore[arg-type]
+        if hand == "both":
+            # The position of an object alone does not place two hands.
+            given["tasks"] = ("pose",)
         chosen = TrainingOptions(**given)
         return TrainingJob(
             tuple(takes),

@@ -45,6 +45,10 @@ def print_model(page: Console, title: str, model: Mapping[str, Any]) -> None:
         )
     )
     print_report(page, model)
+    costs = model["weights"]
+    page.print(facts(f"\nJoint costs of {costs['method']}, for IK", costs["cost"]))
+    for note in costs["notes"]:
+        page.print(f"Note: {note}.")
     if model["takes"]:
         page.print("The file holds personal data: the motion it was trained on.")
 
@@ -95,8 +99,6 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
         f"and {noise['angular_rad_s']:g} rad/s. Cover: share in the 90 % band; width: of that "
         "band, deg. Roll-outs start from measured postures; hand: mean distance from its path."
     )
-    if "weights" in metrics:
-        page.print(facts("Weights W", metrics["weights"]))
 
 
 def _columns(table: Table, titles: Iterable[str]) -> None:

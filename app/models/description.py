@@ -4,11 +4,14 @@ from dataclasses import asdict
 from typing import Any
 
 from app.plain import plain
-from prediction import OperatorModel
+from prediction import OperatorModel, joint_costs
 
 
 def described(model: OperatorModel) -> dict[str, Any]:
-    """Returns person, joints, takes, methods, report and options as JSON values."""
+    """Returns person, joints, takes, methods, report and options as JSON values.
+
+    ``weights`` are the chosen method's as joint costs for IK; see `prediction.joint_costs`.
+    """
     skeleton = model.skeleton
     assert skeleton is not None
     reduction = model.reduction
@@ -34,6 +37,7 @@ def described(model: OperatorModel) -> dict[str, Any]:
             "centres": len(model.familiarity.centres),
             "level": plain(model.familiarity.level),
         },
+        "weights": plain(joint_costs(model, task=model.tasks[0]).to_dict()),
         "findings": list(model.training.get("findings", ())),
         "metrics": plain(model.metrics),
         "options": plain(model.training.get("options", {})),
