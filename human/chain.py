@@ -140,7 +140,8 @@ class Chain:
         """
         batch, flat = self._flat(q_chain)
         tips = len(self.tips)
-        position, rotation = np.empty((len(flat), 3 * tips)), np.empty((len(flat), tips, 3, 3))
+        position = np.empty((len(flat), 3 * tips), dtype=flat.dtype)
+        rotation = np.empty((len(flat), tips, 3, 3), dtype=flat.dtype)
         for start in range(0, len(flat), _CHUNK):
             part = slice(start, start + _CHUNK)
             tip, columns, _ = self._sweep(flat[part].T, jacobian=False)
@@ -167,9 +168,10 @@ class Chain:
         """
         batch, flat = self._flat(q_chain)
         tips = len(self.tips)
-        position, rotation = np.empty((len(flat), 3 * tips)), np.empty((len(flat), tips, 3, 3))
+        position = np.empty((len(flat), 3 * tips), dtype=flat.dtype)
+        rotation = np.empty((len(flat), tips, 3, 3), dtype=flat.dtype)
         # The batch comes first in memory: what follows is small matrix products, one per row.
-        jacobian = np.empty((len(flat), 6 * tips, self.n))
+        jacobian = np.empty((len(flat), 6 * tips, self.n), dtype=flat.dtype)
         for start in range(0, len(flat), _CHUNK):
             part = slice(start, start + _CHUNK)
             tip, columns, rows = self._sweep(flat[part].T, jacobian=True)
@@ -200,7 +202,9 @@ class Chain:
         return rotation.reshape(*batch, 3, 3) if tips == 1 else rotation.reshape(*batch, tips, 3, 3)
 
     def _flat(self, q_chain: ArrayLike) -> tuple[tuple[int, ...], Array]:
-        array = np.asarray(q_chain, dtype=np.float64)
+        array = np.asarray(q_chain)
+        if array.dtype != np.float32:
+            array = np.asarray(array, dtype=np.float64)
         if array.ndim == 0 or array.shape[-1] != self.n:
             raise ConfigurationError(
                 f"joint angles of the chain {self.base} to {', '.join(self.tips)}: expected shape "
@@ -215,18 +219,20 @@ class Chain:
 
     def _sweep(self, q: Array, *, jacobian: bool) -> tuple[Array, Array, Array]:
         """Returns positions ``(3 t, batch)``, ``(t, column, row, batch)`` and the Jacobian."""
-        count, tips = q.shape[1], len(self.tips)
+        count, tips, kind = q.shape[1], len(self.tips), q.dtype
         cosine, sine = cosine_sine(q)
-        columns = np.zeros((3, 3, count))
+        columns = np.zeros((3, 3, count), dtype=kind)
         for axis in range(3):
             columns[axis, axis] = 1.0
-        position, before = np.zeros((3, count)), np.empty((3, count))
-        scratch = np.empty((3, 3, count))
-        out = np.zeros((6 * tips, self.n, count)) if jacobian else np.empty((6 * tips, 0, 0))
+        position, before = np.zeros((3, count), dtype=kind), np.empty((3, count), dtype=kind)
+        scratch = np.empty((3, 3, count), dtype=kind)
+        shape = (6 * tips, self.n, count) if jacobian else (6 * tips, 0, 0)
+        out = np.zeros(shape, dtype=kind)
         # Of one tip all joints are on the way: the axes are its angular rows.
-        axes = out[3:] if tips == 1 or not jacobian else np.empty((3, self.n, count))
+        axes = out[3:] if tips == 1 or not jacobian else np.empty((3, self.n, count), dtype=kind)
         centers: list[Array] = []
-        reached, turned = np.empty((3 * tips, count)), np.empty((tips, 3, 3, count))
+        reached = np.empty((3 * tips, count), dtype=kind)
+        turned = np.empty((tips, 3, 3, count), dtype=kind)
         kept: dict[int, tuple[Array, Array]] = {}
         here = self._root
 

@@ -25,9 +25,10 @@ def cosine_sine(angles: Array) -> tuple[Array, Array]:
 def shift_along(columns: Array, origin: Array, offset: Array, out: Array, scratch: Array) -> None:
     """Writes ``origin + R @ offset`` to ``out`` ``(3, batch)``, ``columns`` ``(3, 3, batch)``."""
     out[...] = origin
-    for axis in range(3):
-        if offset[axis] != 0.0:
-            np.multiply(columns[axis], offset[axis], out=scratch)
+    # As Python numbers, which leave arrays of half the size in their own precision.
+    for column, length in zip(columns, offset.tolist(), strict=True):
+        if length != 0.0:
+            np.multiply(column, length, out=scratch)
             out += scratch
 
 

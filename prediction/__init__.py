@@ -37,6 +37,7 @@ from prediction.evaluate import (
 from prediction.familiarity import Familiarity
 from prediction.gaussian_laws import MinimumNormIk, SbM, WIk
 from prediction.generic import generic_operator
+from prediction.hand_noise import HandNoise
 from prediction.hand_path import HandPath
 from prediction.hand_scatter import learned_sigma_x
 from prediction.held_out import Stretches, run_held_out
@@ -65,7 +66,7 @@ from prediction.posture_band import PostureBand
 from prediction.predictor import LogDensity, Prediction, Predictor, Previous
 from prediction.promp import ProMp
 from prediction.reaches import Reaches, find_reaches
-from prediction.rollout import Follower, HandNoise, Rollout
+from prediction.rollout import Follower, Rollout
 from prediction.splits import Split, splits_by_primitive, splits_by_reach, splits_of
 from prediction.standing import standing_frames
 from prediction.train import train_operator

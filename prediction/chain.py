@@ -99,8 +99,15 @@ class JointReduction:
         row = self.expansion[self.names.index(name)]
         return {self.names[i]: float(c) for i, c in zip(self.kept, row, strict=True) if c != 0.0}
 
+    @property
+    def whole(self) -> bool:
+        """Whether every joint is learned."""
+        return len(self.kept) == len(self.names)
+
     def expand(self, q_kept: Array, anchor: Array) -> Array:
         """Returns all joints ``(..., n)`` of learned ones ``(..., r)``, from an anchor posture."""
+        if self.whole:
+            return q_kept
         return anchor + (q_kept - anchor[..., self.kept]) @ self.expansion.T
 
 
@@ -141,4 +148,9 @@ class ReducedChain:
         if rotation.ndim == position.ndim + 1:
             rotation = rotation[..., None, :, :]
         rotation = rotation[..., : (rows - linear) // 3, :, :]
-        return position, rotation, jacobian[..., :rows, :] @ self.reduction.expansion
+        jacobian = jacobian[..., :rows, :]
+        if not self.reduction.whole:
+            expansion = self.reduction.expansion
+            flat = jacobian.reshape(-1, jacobian.shape[-1]) @ expansion
+            jacobian = flat.reshape(*jacobian.shape[:-1], expansion.shape[1])
+        return position, rotation, jacobian

@@ -18,6 +18,8 @@ RESIDUAL_TOLERANCE = 1e-4
 NOISE_SHARE = 1e-2
 TOLERANCE_FLOOR = 1e-7
 _JITTER = 1e-9
+#: Postures worked on at once: their features then stay in the processor's cache.
+_CHUNK = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +39,20 @@ class Posterior:
     def mean(self, inputs: Array) -> Array:
         """Returns the mean, ``(..., k)``, at scaled inputs ``(..., d)``."""
         flat = inputs.reshape(-1, inputs.shape[-1])
-        mean = squared_exponential(flat, self.centres) @ self.mean_weights
+        mean = np.empty((len(flat), self.mean_weights.shape[1]), dtype=flat.dtype)
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            mean[part] = squared_exponential(flat[part], self.centres) @ self.mean_weights
         return mean.reshape(*inputs.shape[:-1], -1)
 
     def variance(self, inputs: Array) -> Array:
         """Returns the variance of the noise-free function, ``(...)`` in [0, 1]."""
         flat = inputs.reshape(-1, inputs.shape[-1])
-        explained = ((squared_exponential(flat, self.centres) @ self.variance_root) ** 2).sum(-1)
+        explained = np.empty(len(flat), dtype=flat.dtype)
+        for start in range(0, len(flat), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            known = squared_exponential(flat[part], self.centres) @ self.variance_root
+            explained[part] = (known**2).sum(-1)
         return np.asarray(np.clip(1.0 - explained, 0.0, 1.0).reshape(inputs.shape[:-1]))
 
 

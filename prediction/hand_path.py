@@ -202,20 +202,16 @@ def orientation_error(target: Array, actual: Array) -> Array:
         target: ``(..., 3, 3)``.
         actual: ``(..., 3, 3)``.
     """
-    relative = target @ np.swapaxes(actual, -1, -2)
-    axis = 0.5 * np.stack(
-        [
-            relative[..., 2, 1] - relative[..., 1, 2],
-            relative[..., 0, 2] - relative[..., 2, 0],
-            relative[..., 1, 0] - relative[..., 0, 1],
-        ],
-        axis=-1,
-    )
+    # Of target actual': half the antisymmetric part, and the trace, without the other products.
+    t, a = np.moveaxis(target, (-2, -1), (0, 1)), np.moveaxis(actual, (-2, -1), (0, 1))
+    axis = np.empty((*t.shape[2:], 3), dtype=t.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        axis[..., i] = 0.5 * (t[k] * a[j] - t[j] * a[k]).sum(axis=0)
     sine = np.linalg.norm(axis, axis=-1)
-    cosine = 0.5 * (np.trace(relative, axis1=-2, axis2=-1) - 1.0)
+    cosine = 0.5 * ((t * a).sum(axis=(0, 1)) - 1.0)
     angle = np.arctan2(sine, cosine)
     if (angle > 3.0).any():  # the sine loses the axis near half a turn
-        return matrix_to_rotation_vector(relative)
+        return matrix_to_rotation_vector(target @ np.swapaxes(actual, -1, -2))
     # angle / sin(angle), by its series where both vanish
     safe = np.where(sine < 1e-6, 1.0, sine)
     ratio = np.where(sine < 1e-6, 1.0 + sine**2 / 6.0, angle / safe)

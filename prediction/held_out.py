@@ -167,9 +167,7 @@ def run_held_out(
     """
     paths = recorded_paths(follower.chain, demonstrations, stretches, follower.task)
     truth = demonstrations.q[stretches.index]
-    points = stretches.index.shape[1]
-    draws = rng.standard_normal((samples, points, len(follower.reduction.kept)))
-    run = propagate(follower, paths, truth[:, 0], draws, noise=noise)
+    run = propagate(follower, paths, truth[:, 0], samples, rng, noise=noise)
     time_s = demonstrations.time_s[stretches.index]
     return HeldOutRun(run, truth, time_s - time_s[:, :1])
 

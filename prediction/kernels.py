@@ -85,8 +85,12 @@ def squared_exponential(left: Array, right: Array) -> Array:
 
     Source: Vianello et al. 2021, section IV-B, the deviation and length-scale being outside.
     """
-    exponent = left @ right.T
-    exponent -= 0.5 * (left**2).sum(-1)[:, None]
-    exponent -= 0.5 * (right**2).sum(-1)
+    # The squares ride along in the product: the large array is then touched twice, not five times.
+    one = np.ones((1, 1), dtype=left.dtype)
+    squares = [-0.5 * (side**2).sum(-1, keepdims=True) for side in (left, right)]
+    ones = [np.broadcast_to(one, (len(side), 1)) for side in (left, right)]
+    exponent = np.concatenate([left, squares[0], ones[0]], axis=1) @ (
+        np.concatenate([right, ones[1], squares[1]], axis=1).T
+    )
     np.minimum(exponent, 0.0, out=exponent)
     return np.asarray(np.exp(exponent, out=exponent))

@@ -12,6 +12,7 @@ from human import Chain, HumanModel, Subject, scale_model
 from prediction.chain import JointReduction, Task, TaskChain
 from prediction.errors import PredictionError, UnsupportedMethodError
 from prediction.familiarity import Familiarity
+from prediction.hand_noise import HandNoise
 from prediction.hand_path import HandPath
 from prediction.joint_limits import JointLimits
 from prediction.kept_samples import KeptSamples
@@ -20,7 +21,7 @@ from prediction.memory import NullSpaceMemory
 from prediction.posture_band import PostureBand
 from prediction.predictor import Predictor
 from prediction.propagation import Noise
-from prediction.rollout import Follower, HandNoise, Rollout
+from prediction.rollout import Follower, Rollout
 
 Array = NDArray[np.float64]
 
