@@ -204,7 +204,13 @@ def judged(splits: Sequence[Tested], name: str, least: float, most: float) -> It
 def figures(full: bool = False, seeds: Sequence[int] = SEEDS) -> Iterator[Figure]:
     """Yields the figures beside their bars; prints the tables on the way."""
     kinds = OPERATOR_KINDS if full else OPERATOR_KINDS[:2]
-    splits = [split for seed in seeds for kind in kinds for split in tested(kind, seed, later=full)]
+    splits = [
+        split
+        for later in ((False, True) if full else (False,))
+        for seed in seeds
+        for kind in kinds
+        for split in tested(kind, seed, later=later)
+    ]
     for design in dict.fromkeys(split.design for split in splits):
         print("\n" + table([split for split in splits if split.design == design]))
     print()
