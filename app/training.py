@@ -184,6 +184,7 @@ def train(
         options=options,
         metrics=scores_to_dict(scores),
         takes=sources,
+        sigma_x=None if add_to is None else add_to.sigma_x,
         start=add_to,
         kept=kept,
         progress=part(_COMPARING, 1.0 - _COMPARING, "training"),

@@ -66,6 +66,7 @@ def add_demonstrations(
         options=options_of(model) if options is None else options,
         metrics=metrics,
         takes=sources,
+        sigma_x=model.sigma_x,
         start=model,
         kept=kept,
         progress=progress,
