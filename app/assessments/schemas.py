@@ -391,7 +391,7 @@ class Posture(BaseModel):
     samples: list[list[list[float]]]
     base: dict[str, list[list[float]]]
     #: The pelvis of each of the ``samples``; it moves where the feet stand.
-    samples_base: list[dict[str, list[list[float]]]]
+    samples_base: list[dict[str, list[list[float]]]] = []
     effort_p50_nm: dict[str, list[float]]
     effort_scale_nm: dict[str, float]
     target: dict[str, list[list[float]]]
