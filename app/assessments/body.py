@@ -53,6 +53,9 @@ class Taken:
     parts: frozenset[str] = frozenset()
 
 
+#: Further from upright than this a pelvis is not that of a person at work, degrees; and from here
+#: on it is worth a word.
+MAX_TILT_DEG, BOWED_DEG = 110.0, 60.0
 #: Parts that follow from the joints that a model predicts, and from those that it does not.
 _LED_PARTS = frozenset({"trunk", "upper_arm", "lower_arm", "wrist", "wrist_twist"})
 _OTHER_PARTS = frozenset({"neck", "legs"})
@@ -74,6 +77,7 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
     model = operator.model
     q, missing = _start_configuration(request, model)
     pelvis = request.start.T_world_pelvis.pose()
+    _check_upright(pelvis)
     q[:3], q[3:7] = pelvis.position, matrix_to_quaternion(pelvis.rotation)
     poses = forward_kinematics(model, q)
     hands = tuple(Pose(*frame_poses(model, poses, tip)) for tip in operator.tips)
@@ -98,6 +102,28 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
         grasps,
         tuple(_assumptions(request, operator, missing)),
     )
+
+
+def _tilt_deg(pelvis: Pose) -> float:
+    """Returns the angle between the pelvis's long axis and the vertical."""
+    return float(np.degrees(np.arccos(np.clip(pelvis.rotation[2, 2], -1.0, 1.0))))
+
+
+def _check_upright(pelvis: Pose) -> None:
+    """Refuses a person on their head, which is what a quaternion in another order makes of them."""
+    tilt = _tilt_deg(pelvis)
+    if tilt > MAX_TILT_DEG:
+        raise InvalidRequest(
+            "The person stands on their head.",
+            [
+                Fault(
+                    "/start/T_world_pelvis/orientation_xyzw",
+                    f"a pelvis at most {MAX_TILT_DEG:g} deg from upright",
+                    f"{tilt:.0f} deg",
+                    "the world's z points up, and quaternions are x, y, z, w",
+                )
+            ],
+        )
 
 
 def _start_configuration(request: AssessmentRequest, model: HumanModel) -> tuple[Array, list[str]]:
@@ -172,6 +198,19 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
             )
         )
     found += _demonstrated(operator)
+    tilt = _tilt_deg(request.start.T_world_pelvis.pose())
+    if tilt > BOWED_DEG:
+        found.append(
+            Taken(
+                Assumption(
+                    what="a pelvis far from upright",
+                    value=f"{tilt:.0f} deg, as sent",
+                    range="people stand or bow; RULA and REBA know no lying",
+                    effect="trunk and legs: check that the quaternion is x, y, z, w",
+                ),
+                _LED_PARTS | {"legs"},
+            )
+        )
     if missing:
         led = [name for name in missing if name in predicted]
         found.append(

@@ -71,12 +71,15 @@ class HandPath:
             both hands, of the object.
         position_only: Whether the rotation is free.
         grasps: Hands as ``pose`` sees them: the identity alone, or those of both.
+        held_m: How far from the tool's point the furthest hand was taken to hold it; 0 if the grasp
+            was given.
     """
 
     time_s: Array
     pose: Pose
     position_only: bool
     grasps: tuple[Pose, ...]
+    held_m: float = 0.0
 
     def hands(self) -> Pose:
         """Returns ``T_world_hand`` of each hand, ``(T, hands, ...)``."""
@@ -267,15 +270,15 @@ def hand_path(
         return _position_path(path, frame, None if grasps is None else grasps[0], start_hands[0])
     tool = frame @ Pose(path.rotation, path.position)
     first = tool[0]
+    held_m = 0.0
     if grasps is None:
-        for start in start_hands:
-            _check_held(path, first.position, start)
+        held_m = max(_check_held(path, first.position, start) for start in start_hands)
         grasps = tuple(first.inverse() @ start for start in start_hands)
     for grasp, start in zip(grasps, start_hands, strict=True):
         _check_start(path, first @ grasp, start)
     if len(grasps) == 1:
-        return HandPath(path.time_s, tool @ grasps[0], False, (IDENTITY,))
-    return HandPath(path.time_s, tool, False, grasps)
+        return HandPath(path.time_s, tool @ grasps[0], False, (IDENTITY,), held_m)
+    return HandPath(path.time_s, tool, False, grasps, held_m)
 
 
 def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: Pose) -> HandPath:
@@ -290,17 +293,17 @@ def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: 
                 "where the hand is cannot be told from the tool's position alone.",
             ),
         )
-    if grasp is None:
-        _check_held(path, tool[0], start_hand)
+    held_m = _check_held(path, tool[0], start_hand) if grasp is None else 0.0
     offset = start_hand.position - tool[0] if grasp is None else np.zeros(3)
     position = tool + offset
     rotation = np.broadcast_to(start_hand.rotation, (len(position), 3, 3))
     hand = Pose(rotation, position)
     _check_start(path, hand[0], start_hand)
-    return HandPath(path.time_s, hand, True, (IDENTITY,))
+    return HandPath(path.time_s, hand, True, (IDENTITY,), held_m)
 
 
-def _check_held(path: ToolPath, first: Array, start: Pose) -> None:
+def _check_held(path: ToolPath, first: Array, start: Pose) -> float:
+    """Returns how far the hand is from the tool's point that it is taken to hold, m."""
     distance = float(np.linalg.norm(first - start.position))
     if distance > MAX_GRASP_M:
         raise _reject(
@@ -313,6 +316,7 @@ def _check_held(path: ToolPath, first: Array, start: Pose) -> None:
                 "meet, or are in different frames.",
             ),
         )
+    return distance
 
 
 def _words(position: Array) -> str:

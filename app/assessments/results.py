@@ -22,6 +22,8 @@ from ergonomics import (
 
 #: Below this familiarity the model is asked about postures it has hardly seen.
 FAMILIAR = 0.3
+#: A hand taken to hold a tool from further away than this is worth a word, m.
+FAR_GRASP_M = 0.35
 #: Most moments told per candidate, and the least time between two of them, s.
 MOMENTS = 5
 MOMENTS_APART_S = 0.5
@@ -192,6 +194,15 @@ def _own(
                 f"{step:.3f} s apart, straight between the ones sent",
                 range="the robot may move otherwise between the points",
                 effect="speeds and inertia between the points",
+            )
+        )
+    if slot.path.held_m > FAR_GRASP_M:
+        found.append(
+            Assumption(
+                what="a hand far from the tool",
+                value=f"{slot.path.held_m:.2f} m from the trajectory's first point, as one body",
+                range="a hand holds what it touches",
+                effect="the whole way of the hand: check start, frames, units, or give the grasp",
             )
         )
     if slot.path.position_only:

@@ -1,6 +1,6 @@
 """The time grid on which a candidate is predicted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -65,4 +65,4 @@ def resample(path: HandPath, grid: Grid) -> HandPath:
     else:
         turn = Slerp(path.time_s, Rotation.from_matrix(path.pose.rotation))
         rotation = turn(np.clip(grid.time_s, path.time_s[0], path.time_s[-1])).as_matrix()
-    return HandPath(grid.time_s, Pose(rotation, position), path.position_only, path.grasps)
+    return replace(path, time_s=grid.time_s, pose=Pose(rotation, position))
