@@ -20,6 +20,8 @@ def in_single_precision(record: T) -> T:
         value = getattr(record, field.name)
         if isinstance(value, np.ndarray) and value.dtype == np.float64:
             changed[field.name] = value.astype(np.float32)
+        elif isinstance(value, np.floating):  # as a Python number it leaves arrays as they are
+            changed[field.name] = float(value)
         elif is_dataclass(value):
             changed[field.name] = in_single_precision(value)
     return cast(T, replace(record, **changed)) if changed else record
