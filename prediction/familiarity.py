@@ -9,8 +9,9 @@ from prediction.demonstrations import Demonstrations
 
 Array = NDArray[np.float64]
 
-#: Kernel width: squared distance over the mean joint variance at which weight falls by e^-1/2.
-WIDTH = float(np.exp(-0.75))
+#: Kernel width: squared distance over the variance of all joints together at which weight falls by
+#: e^-1/2; e^-0.75 times the mean variance of 15 joints, with which it was measured.
+WIDTH = float(np.exp(-0.75)) / 15.0
 #: Time spent near a posture that makes it half familiar, s.
 HALF_S = float(np.exp(3.0)) / 30.0
 #: What a sample that stands alone counts for, s.
@@ -34,7 +35,8 @@ class Familiarity:
     Attributes:
         centres: Demonstrated postures, ``(C, n)`` rad.
         weight: Time each centre stands for, s.
-        variance: Mean joint variance times `WIDTH`, rad^2.
+        variance: Joint variance, all joints together, times `WIDTH`, rad^2: joints that move with
+            others change nothing.
         level: f_train.
 
     Source: the fallback weight of posture-local covariance; constants as measured on two sets of
@@ -65,7 +67,7 @@ class Familiarity:
     def _plain(cls, demonstrations: Demonstrations, variance: float | None = None) -> "Familiarity":
         kept = demonstrations.thinned(MAX_CENTRES)
         if variance is None:
-            variance = float(demonstrations.q.var(axis=0).mean()) * WIDTH
+            variance = float(demonstrations.q.var(axis=0).sum()) * WIDTH
         return cls(kept.q, _duration(demonstrations) / len(kept), max(variance, 1e-12), 1.0)
 
     def without(self, demonstrations: Demonstrations) -> "Familiarity":

@@ -54,6 +54,21 @@ def test_familiarity_does_not_depend_on_the_rate_of_the_recording(rng, every):
     np.testing.assert_allclose(a, b, atol=0.02)
 
 
+def test_joints_that_move_with_others_make_nothing_less_familiar(rng):
+    one = wandering(rng)
+    both = replace(
+        one,
+        joint_names=tuple("abcdefgh"),
+        q=np.tile(one.q, 2),
+        qdot=np.tile(one.qdot, 2),
+        jacobian=np.tile(one.jacobian, 2),
+    )
+    near = one.q + 0.1 * rng.normal(size=one.q.shape)
+    alone = Familiarity.of(one).relative(near)
+    assert alone.std() > 0.1
+    np.testing.assert_allclose(Familiarity.of(both).relative(np.tile(near, 2)), alone, rtol=1e-9)
+
+
 def test_familiarity_without_a_motion_knows_it_less(rng):
     both = wandering(rng)
     other = wandering(rng, centre=2.0)
