@@ -105,7 +105,8 @@ class Reaches:
 def find_reaches(demonstrations: Demonstrations) -> Reaches:
     """Cuts demonstrations into reaches.
 
-    In each run without a hole, hand speed (linear, in base axes) is smoothed and cut at its minima.
+    In each run without a hole, hand speed (linear, in base axes; of two hands, of the point between
+    them) is smoothed and cut at its minima.
     The shallowest minimum goes first, until each left is at most `SLOWING` of the lesser of the two
     peaks beside it. Of each piece, samples at rest at either end are dropped; what then is shorter
     than `LEAST_S` or leads the hand less than `LEAST_M` is no reach.
@@ -120,7 +121,7 @@ def find_reaches(demonstrations: Demonstrations) -> Reaches:
     and not in m/s, so the same motion at half the speed has the same cuts. The thresholds were set
     by eye on recordings of handling, punching, squatting and sitting down.
     """
-    linear = demonstrations.xdot[:, : demonstrations.linear_rows]
+    linear = _led_velocity(demonstrations)
     speed, time_s = np.linalg.norm(linear, axis=1), demonstrations.time_s
     found: list[tuple[int, int, Array, float]] = []
     nearest = np.full(len(demonstrations), -1, dtype=np.int64)
@@ -148,6 +149,15 @@ def find_reaches(demonstrations: Demonstrations) -> Reaches:
         np.array([one[2] for one in found]).reshape(len(found), linear.shape[1]),
         np.array([one[3] for one in found]),
     )
+
+
+def _led_velocity(demonstrations: Demonstrations) -> Array:
+    """Returns the velocity of the led hand, or of the middle between two, ``(N, p)`` m/s."""
+    size = min(demonstrations.linear_rows, 3)
+    tips = demonstrations.xdot[:, : demonstrations.linear_rows].reshape(
+        len(demonstrations), -1, size
+    )
+    return np.asarray(tips[:, demonstrations.held_tips :].mean(axis=1))
 
 
 def _smoothed(speed: Array, time_s: Array) -> Array:

@@ -91,6 +91,23 @@ def test_no_reach_goes_across_a_hole_or_into_another_take():
             assert any(start in run and stop - 1 in run for run in runs)
 
 
+def test_two_hands_reach_as_the_object_between_them_and_feet_that_are_held_do_not():
+    one, _ = led((UP, 1.0), (SIDE, 0.8), (DOWN, 1.2))
+    # A held foot, then two hands that turn against each other about their middle.
+    apart = np.zeros((len(one), 3, 4))
+    apart[:, 0, 3] = 0.5
+    hands = [one.jacobian + apart, one.jacobian - apart]
+    jacobian = np.concatenate([np.zeros((len(one), 3, 4)), *hands], axis=1)
+    names = tuple(f"j{k}" for k in range(10))
+    wide = np.zeros((len(one), 9, 10))
+    wide[..., :4] = jacobian
+    q, qdot = (np.pad(a, ((0, 0), (0, 6))) for a in (one.q, one.qdot))
+    both = Demonstrations(names, q, qdot, wide, one.trajectory_id, one.time_s, 9, held_tips=1)
+    alone, together = find_reaches(one), find_reaches(both)
+    np.testing.assert_array_equal(together.start, alone.start)
+    np.testing.assert_allclose(together.displacement, alone.displacement)
+
+
 def rows(demonstrations):
     return {tuple(row) for row in np.column_stack([demonstrations.q, demonstrations.time_s])}
 
