@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.chain import Task
+from prediction.mi_nsgp import MiNsGp
 from prediction.operator_model import OperatorModel
 from prediction.predictor import Predictor
 
@@ -20,6 +21,9 @@ class JointCosts:
 
     Attributes:
         cost: By joint; their geometric mean is one, since only ratios matter.
+        weights: The diagonal of W by joint, geometric mean one: ``weight``, and for MI-NsGP the
+            90 % interval ``low`` to ``high`` and whether the demonstrations bound it on both
+            sides (``identified``), else None.
         held: Joints that do not move: fix them.
         coupled: Joints that move as a mix of others: share by joint.
         method: Whose W it is.
@@ -28,6 +32,7 @@ class JointCosts:
     """
 
     cost: Mapping[str, float]
+    weights: Mapping[str, Mapping[str, float | bool | None]]
     held: tuple[str, ...]
     coupled: Mapping[str, Mapping[str, float]]
     method: str
@@ -83,11 +88,36 @@ def joint_costs(
             f"the W of {name} has correlations between joints, which costs cannot express: the "
             "joints take part in proportion, not together as they were seen to"
         )
+    interval = predictor.interval if isinstance(predictor, MiNsGp) else None
+    weights: dict[str, dict[str, float | bool | None]] = {}
+    for j, joint in enumerate(reduction.kept_names):
+        weights[joint] = {"weight": float(1.0 / cost[j] ** 2), "low": None, "high": None}
+        weights[joint]["identified"] = None
+        if interval is not None:
+            low, high = interval.low[j], interval.high[j]
+            weights[joint] |= {"low": float(np.exp(low)), "high": float(np.exp(high))}
+            weights[joint]["identified"] = bool(interval.identified[j])
+    if interval is not None and not interval.identified.all():
+        names = [n for n, told in weights.items() if not told["identified"]]
+        notes.append(f"the demonstrations do not bound the weights of {', '.join(names)}")
     return JointCosts(
         cost=dict(zip(reduction.kept_names, cost.tolist(), strict=True)),
+        weights=weights,
         held=tuple(joint for joint, mix in coupling.items() if not mix),
         coupled={joint: mix for joint, mix in coupling.items() if mix},
         method=name,
         exact=exact,
         notes=tuple(notes),
     )
+
+
+def weights_in_words(costs: JointCosts) -> dict[str, str]:
+    """Returns each weight with its interval as a person reads it."""
+    words = {}
+    for joint, told in costs.weights.items():
+        words[joint] = f"{told['weight']:.3g}"
+        if told["low"] is not None:
+            words[joint] += f" ({told['low']:.2g} to {told['high']:.2g})"
+        if told["identified"] is False:
+            words[joint] += ", not identified"
+    return words

@@ -241,7 +241,7 @@ class _Search:
         else:
             self.basis, self.scaling = like.basis, like.scaling
         self.targets = NullSpaceTargets(demonstrations, self.basis, correlation)
-        self.engine, self.notes = _engine(options, self.scaling, demonstrations)
+        self.engine, self.notes = criterion_engine(options, self.scaling, demonstrations)
 
     def on(self, demonstrations: Demonstrations) -> "_Search":
         """Returns the same on some of the samples, by the fast engine."""
@@ -404,7 +404,7 @@ def demonstrated_weights(demonstrations: Demonstrations) -> tuple[Array, Array]:
     return log_variance - log_variance.mean(), moment / (root[:, None] * root)
 
 
-def _engine(
+def criterion_engine(
     options: SearchOptions, scaling: InputScaling, demonstrations: Demonstrations
 ) -> tuple[LikelihoodEngine, tuple[str, ...]]:
     """Returns what scores, and what there is to say of it."""

@@ -15,13 +15,16 @@ from prediction.law_search import (
     Law,
     SearchOptions,
     WeightKind,
+    criterion_engine,
     search_law,
 )
+from prediction.marginal_likelihood import FastEngine
 from prediction.null_space import NullSpaceBasis, NullSpaceFrame
 from prediction.predictor import Predictor, Progress, ShouldStop, gaussian_log_density
 from prediction.process import Process
 from prediction.recall import Remember, ask
 from prediction.student_t import student_t_log_density
+from prediction.weight_interval import PARTS, Profile, WeightInterval, weight_interval
 from prediction.weight_search import NullSpaceTargets, Optimizer, scaled_correlation
 
 Array = NDArray[np.float64]
@@ -43,6 +46,7 @@ class MiNsGp(Predictor):
         process: The process of y, rad/s.
         scale: Calibration of the variance.
         degrees: Degrees of freedom of y about its mean: a t if finite, of the same covariance.
+        interval: What the demonstrations leave open of W; None if it was not asked for.
 
     Source: Vianello et al. 2021, section V, with the marginal likelihood in place of the likelihood
     of the training set (which does not identify W), a full S in place of k independent processes,
@@ -59,6 +63,7 @@ class MiNsGp(Predictor):
     process: Process
     scale: float
     degrees: float = np.inf
+    interval: WeightInterval | None = None
 
     @classmethod
     def fit(
@@ -185,11 +190,24 @@ class MiNsGp(Predictor):
         """Conditions the process on other demonstrations; W and the kernel stay."""
         return self._conditioned(demonstrations.thinned(MAX_SAMPLES), self.law)
 
-    def implied_costs(self) -> Array:
-        """Returns the diagonal of ``W^-1``, ``(n,)``: joint costs for IK libraries."""
-        if self.law.correlation is None:
-            return np.asarray(np.exp(-self.law.log_weights))
-        return np.asarray(np.diagonal(np.linalg.inv(self.weights)))
+    def with_interval(self, demonstrations: Demonstrations, criterion: Criterion) -> Self:
+        """Measures what the demonstrations it was fitted on leave open of W.
+
+        Args:
+            demonstrations: Those of `fit`.
+            criterion: That of `fit`. The paper's in-sample score has no interval: it does not
+                identify W.
+        """
+        if criterion == "in-sample":
+            return self
+        kept = demonstrations.thinned(MAX_SAMPLES)
+        law, options = self.law, SearchOptions(self.process.scaling.kind, criterion=criterion)
+        engine, _ = criterion_engine(options, law.scaling, kept)
+        assert isinstance(engine, FastEngine)
+        targets = NullSpaceTargets(kept, law.basis, law.correlation)
+        profile = Profile(engine.residual_map(law.theta), targets)
+        found = weight_interval(profile, law.log_weights, kept.blocks(PARTS))
+        return replace(self, interval=found)
 
     def to_arrays(self) -> tuple[dict[str, Array], dict[str, Any]]:
         """Everything but the training data."""
@@ -198,6 +216,8 @@ class MiNsGp(Predictor):
         arrays |= {"log_weights": law.log_weights, "rows": law.basis.rows, "null": law.basis.null}
         if law.correlation is not None:
             arrays["correlation"] = law.correlation
+        if self.interval is not None:
+            arrays |= self.interval.to_arrays()
         values |= {
             "constant_mean": law.constant_mean,
             "scale": self.scale,
@@ -225,7 +245,11 @@ class MiNsGp(Predictor):
         )
         degrees = values.get("degrees")
         return cls(
-            law, process, float(values["scale"]), np.inf if degrees is None else float(degrees)
+            law,
+            process,
+            float(values["scale"]),
+            np.inf if degrees is None else float(degrees),
+            WeightInterval.from_arrays(arrays),
         )
 
 

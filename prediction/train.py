@@ -20,6 +20,7 @@ from prediction.demonstrations import SAMPLES_PER_JOINT, Demonstrations, find_re
 from prediction.familiarity import Familiarity
 from prediction.hand_scatter import checked_sigma_x
 from prediction.held_out import calibrate
+from prediction.joint_costs import joint_costs, weights_in_words
 from prediction.joint_limits import JointLimits
 from prediction.kept_samples import KeptSamples, TakeSource
 from prediction.law_search import WeightKind
@@ -223,6 +224,9 @@ def train_operator(
         },
         samples=samples,
     )
+    if (MiNsGp.name, options.tasks[0]) in methods:
+        told = weights_in_words(joint_costs(model, MiNsGp.name, options.tasks[0]))
+        model = replace(model, metrics={**model.metrics, "weights": told})
     # Products of matrices round differently in another memory layout. Through the file format and
     # back, the model in hand is bit for bit the one that will be loaded.
     model = model_from_bytes(model_bytes(model))
@@ -271,6 +275,9 @@ class _Job:
             start=self._start(name, task),
             remember=remember,
         )
+        learns = name == MiNsGp.name and self.options.weights != "identity"
+        if learns and isinstance(predictor, MiNsGp):
+            predictor = predictor.with_interval(learned, self.options.resolved_criterion)
         q, xdot, qdot, J = learned.q, learned.xdot, learned.qdot, learned.jacobian
         reached = float(predictor.log_prob(q, xdot, qdot, J, np.eye(J.shape[1])).null_space.mean())
         progress.tell("measuring its bands", 0.5, reached)

@@ -165,7 +165,6 @@ def test_mi_nsgp_learns_the_law_and_the_weights(fitted, split):
     assert error < 0.1
     z = fitted["mi-nsgp"].standardised_residuals(test)
     assert 0.8 < (np.abs(z) < 1.645).mean() < 0.97
-    np.testing.assert_allclose(fitted["mi-nsgp"].implied_costs() * fitted["mi-nsgp"].weights, 1.0)
 
 
 def test_separate_length_scales_beat_the_papers_one(split, fitted):
@@ -221,7 +220,6 @@ def test_correlated_weights_start_from_the_demonstrations_and_gain(split, criter
     C = CovIk.fit(train, np.random.default_rng(0)).second_moment
     scale = np.sqrt(np.diagonal(C))
     np.testing.assert_allclose(W / root[:, None] / root, C / scale[:, None] / scale, atol=1e-12)
-    np.testing.assert_allclose(model.implied_costs(), np.diagonal(np.linalg.inv(W)))
     law = model.predict(split[2].q, split[2].xdot, split[2].jacobian)
     hand = np.einsum("tmn,tn->tm", split[2].jacobian, law.mean)
     np.testing.assert_allclose(hand, split[2].xdot, atol=1e-12)
