@@ -16,7 +16,9 @@ from pathlib import Path
 
 from benchmarks.figure import Figure, shown
 from benchmarks.prediction import generic_prior
-from benchmarks.prediction.input_cases import DEMONSTRATIONS, PATHS, Case, World
+from benchmarks.prediction.demonstration_cases import DEMONSTRATIONS
+from benchmarks.prediction.input_world import Case, World
+from benchmarks.prediction.path_cases import PATHS
 from human import HumanError
 from prediction import PredictionError
 

@@ -2,8 +2,10 @@
 
 import pytest
 
-from benchmarks.prediction.input_cases import DEMONSTRATIONS, PATHS, World
+from benchmarks.prediction.demonstration_cases import DEMONSTRATIONS
+from benchmarks.prediction.input_world import World
 from benchmarks.prediction.inputs import verdict
+from benchmarks.prediction.path_cases import PATHS
 
 CASES = {
     f"{section}: {name}": case
