@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.estimation.papers.drawing import label, panels
 from benchmarks.prediction.paper_figures import experiments
@@ -54,6 +55,11 @@ def _boxes(axis: Axes, values: Values, log: bool, first: bool) -> None:
     if log:
         numbers = [np.maximum(number, ROUNDING) for number in numbers]
         axis.set_xscale("log")
+        span = max(n.max() for n in numbers) / min(n.min() for n in numbers)
+        subs = (1.0, 2.0, 5.0) if span < 1e3 else (1.0,)
+        axis.xaxis.set_major_locator(LogLocator(subs=subs, numticks=6))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
     axis.boxplot(
         numbers,
         orientation="horizontal",
@@ -70,7 +76,7 @@ def _boxes(axis: Axes, values: Values, log: bool, first: bool) -> None:
         top = max(number.max() for number in numbers)
         low = max(
             min(number.min() for number in numbers),
-            top - 3.0 * (top - np.quantile(medians, 0.25)) - 1.0,
+            top - 3.0 * (top - np.quantile(medians, 0.25)) - 5.0,
         )
         axis.set_xlim(low - 0.05 * (top - low), top + 0.05 * (top - low))
         for row, number in enumerate(numbers, start=1):
