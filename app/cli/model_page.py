@@ -45,12 +45,30 @@ def print_model(page: Console, title: str, model: Mapping[str, Any]) -> None:
         )
     )
     print_report(page, model)
-    costs = model["weights"]
-    page.print(facts(f"\nJoint costs of {costs['method']}, for IK", costs["cost"]))
-    for note in costs["notes"]:
-        page.print(f"Note: {note}.")
+    _print_weights(page, model["weights"])
     if model["takes"]:
         page.print("The file holds personal data: the motion it was trained on.")
+
+
+def _print_weights(page: Console, costs: Mapping[str, Any]) -> None:
+    """Prints the joint costs of the chosen method, and how well its weights are known."""
+    table = Table(
+        title=f"\nWeights W of {costs['method']}, and the joint costs they are for IK",
+        title_justify="left",
+        box=None,
+    )
+    for title in ("joint", "cost", "weight", "90 % interval"):
+        table.add_column(title, justify="left" if title == "joint" else "right")
+    for joint, cost in costs["cost"].items():
+        weight = costs["weights"][joint]
+        ends = [weight.get("low"), weight.get("high")]
+        interval = "–" if None in ends else " to ".join(f"{end:.3g}" for end in ends)
+        if weight.get("identified") is False:
+            interval += " (open)"
+        table.add_row(joint, f"{cost:.3g}", f"{weight['weight']:.3g}", interval)
+    page.print(table)
+    for note in costs["notes"]:
+        page.print(f"Note: {note}.")
 
 
 def joints_in_words(joints: Mapping[str, Any]) -> str:
