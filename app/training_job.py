@@ -179,8 +179,10 @@ def training_job(
     assert skeleton is not None
     if content.samples is None:
         raise DemonstrationError(
-            "the model does not hold what it was trained on, so nothing can be added to it: train "
-            "on all recordings together"
+            "the model is of a person without demonstrations: train on the recordings alone"
+            if content.is_generic
+            else "the model does not hold what it was trained on, so nothing can be added to it: "
+            "train on all recordings together"
         )
     known = skeleton.subject
     for quantity, said, held in (

@@ -77,6 +77,7 @@ def generic_operator(
             "chosen_by": "no demonstrations: W and bands are those of other people",
             "samples": 0,
             "takes": 0,
+            "findings": ["this person was not seen: W and bands are those of other people"],
             "duration_s": 0.0,
             "versions": {
                 "python": ".".join(map(str, sys.version_info[:3])),
