@@ -251,7 +251,17 @@ class _Search:
         )
 
     def law(self, found: WeightSearch, theta: Array) -> Law:
-        """Returns what was found, with the rest of what makes a law."""
+        """Returns what was found, with the rest of what makes a law.
+
+        Raises:
+            DemonstrationError: No W and kernel had a finite score.
+        """
+        if not found.score > 0.5 * OUT_OF_REACH:
+            raise DemonstrationError(
+                "no law has a finite likelihood: the null-space motion of the demonstrations does "
+                "not span its directions; leave joints out that do not move on their own "
+                "(find_reduction), or record more varied motion"
+            )
         return Law(
             self.basis,
             self.scaling,
