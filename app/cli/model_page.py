@@ -74,7 +74,8 @@ def _print_weights(page: Console, costs: Mapping[str, Any]) -> None:
 def joints_in_words(joints: Mapping[str, Any]) -> str:
     """Returns which joints are learned and what the others do."""
     learned, locked, following = joints["learned"], joints["locked"], joints["following"]
-    words = f"{len(learned)} with a law of their own, of {len(learned) + len(locked) + len(following)}"
+    every = len(learned) + len(locked) + len(following)
+    words = f"{len(learned)} with a law of their own, of {every}"
     if locked:
         words += f"; still in all demonstrations, kept as at the start: {_some(locked)}"
     if following:
