@@ -202,7 +202,7 @@ def compare_folder(
     if not tables:
         paired_table(results, next(iter(designs)))  # says why
     files = {name: tuple(one for one, _ in takes) for name, takes in read.primitives.items()}
-    return Comparison(tables, results, files, tuple(read.left_out), tuple(read.notes))
+    return Comparison(tables, results, files, tuple(read.left_out), read.gathered_notes())
 
 
 class _Reading:
@@ -216,7 +216,7 @@ class _Reading:
         self.chain: Chain | None = None
         self.primitives: dict[str, list[tuple[str, Demonstrations]]] = {}
         self.left_out: list[LeftOut] = []
-        self.notes: list[str] = []
+        self.notes: dict[str, list[str]] = {}
         self.seen = 0
 
     def add(self, primitive: str, take: Take) -> None:
@@ -240,4 +240,13 @@ class _Reading:
             return
         self.chain = chain
         self.primitives.setdefault(primitive, []).append((name, demonstrations))
-        self.notes += [*found.notes, *(f"{name}: {finding}" for finding in findings)]
+        for note in (*found.notes, *findings):
+            self.notes.setdefault(note.removeprefix(f"{name}: "), []).append(name)
+
+    def gathered_notes(self) -> tuple[str, ...]:
+        """Returns each note once, with the recordings it is of unless it is of all."""
+        count = sum(len(takes) for takes in self.primitives.values())
+        return tuple(
+            note if len(set(names)) == count else f"{', '.join(dict.fromkeys(names))}: {note}"
+            for note, names in self.notes.items()
+        )

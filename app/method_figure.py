@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def draw(
             group: [one for one in scores if one.split[0] == design and one.scores]
             for group, scores in groups.items()
         }
-        axes[0, column].set_title(titles[design], fontsize=10)
+        axes[0, column].set_title(fill(titles[design], 48), fontsize=10)
         _errors(axes[0, column], rows, style)
         _paired(axes[1, column], rows, splits, style)
         _coverage(axes[2, column], rows, style)

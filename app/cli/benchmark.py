@@ -92,19 +92,22 @@ def prediction(
     for design, rows in found.tables.items():
         page.print(_errors(design, rows))
         page.print(_against_cov_ik(rows))
+    problems: dict[str, list[str]] = {}
     for result in found.results:
         if result.problem:
-            page.print(f"{result.split[1]} could not be trained on: {result.problem}")
+            problems.setdefault(result.problem, []).append(result.split[1])
+    for problem, splits in problems.items():
+        page.print(f"Left out, {'; '.join(splits)}: {problem}")
     for one in found.left_out:
         page.print(f"{one.name} was left out: {one.reason}")
     for primitive, files in found.files.items():
         page.print(f"{primitive}: {', '.join(files)}")
     page.print(
         "Joint error: root mean square of roll-outs from measured starts, geometric mean over "
-        "splits. Brackets: 95 % of the mean over splits, which share most of their training; "
+        "splits. The interval is that of more such splits, which share most of their training: "
         "recordings of one person say nothing of other people."
     )
-    for note in dict.fromkeys(found.notes):
+    for note in found.notes:
         page.print(f"Note: {note}")
     for path in written:
         page.print(f"Wrote {path}.")
@@ -128,7 +131,7 @@ def _errors(design: str, rows: "list[PairedRow]") -> Table:
 
 def _against_cov_ik(rows: "list[PairedRow]") -> Table:
     table = Table(
-        title="Over cov-ik's [95 % of the mean], and in how many splits better",
+        title="Over cov-ik's, in how many splits better, and 95 % of the mean",
         title_justify="left",
         box=None,
     )
@@ -145,14 +148,14 @@ def _against_cov_ik(rows: "list[PairedRow]") -> Table:
             interval = row.rollout_interval[seconds]
             cells.append(_ratio(row.rollout_ratio[seconds], interval, wins, count))
         one_step = _ratio(row.rmse_ratio, row.rmse_interval, row.rmse_wins, row.splits)
-        more = f"{row.nats_more:+.1f} ({row.nats_wins}/{row.splits})"
+        more = f"{row.nats_more:+.1f} {row.nats_wins}/{row.splits}"
         table.add_row(row.method, *cells, one_step, more)
     return table
 
 
 def _ratio(ratio: float, interval: tuple[float, float] | None, wins: int, count: int) -> str:
-    between = "" if interval is None else f" [{interval[0]:.2f} {interval[1]:.2f}]"
-    return f"x{ratio:.2f}{between} {wins}/{count}"
+    between = "" if interval is None else f"\n{interval[0]:.2f}–{interval[1]:.2f}"
+    return f"x{ratio:.2f} {wins}/{count}{between}"
 
 
 def _write(found: "Comparison", out: Path) -> list[Path]:
