@@ -184,7 +184,7 @@ def judged(splits: Sequence[Tested], name: str, least: float, most: float) -> It
         yield Figure(
             f"{name}: one step, nats on Cov-IK{sees}", nats.mean(), "nats", least, beside=floor
         )
-        yield Figure(f"{name}: the same, worst split", nats.min(), "nats", least=0.0)
+        yield Figure(f"{name}: the worst split's nats{sees}", nats.min(), "nats", least=0.0)
         floor = f"the law itself {_mean_ratio(floor_ratio):.2f}" if not told else ""
         yield Figure(
             f"{name}: one-step error over Cov-IK's{sees}", _mean_ratio(ratio), "", None, most, floor
