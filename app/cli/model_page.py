@@ -64,7 +64,7 @@ def _print_weights(page: Console, costs: Mapping[str, Any]) -> None:
         ends = [weight.get("low"), weight.get("high")]
         interval = "–" if None in ends else " to ".join(f"{end:.3g}" for end in ends)
         if weight.get("identified") is False:
-            interval += " (open)"
+            interval += ", not identified"
         table.add_row(joint, f"{cost:.3g}", f"{weight['weight']:.3g}", interval)
     page.print(table)
     for note in costs["notes"]:
