@@ -79,6 +79,21 @@ def test_the_client_ranks_candidates_at_once_and_in_the_background(url: str, sce
         assert [one["problem"] for one in later["candidates"]] == [None, None]
 
 
+def test_the_client_trains_and_waits_for_the_model(url: str) -> None:
+    with Client(url) as client:
+        moves: list[str] = []
+        model = client.train(
+            [], lambda now: moves.append(now["state"]), height_m=1.66, mass_kg=59.5, hand="left"
+        )
+        assert moves[-1] == "succeeded"
+        assert (model["subject"]["height_m"], model["hand"]) == (1.66, "left")
+        assert model["id"] in [one["id"] for one in client.models()]
+        with pytest.raises(RequestRejected, match="/height_m"):
+            client.train([], height_m="tall", mass_kg=59.5)
+        with pytest.raises(MissingError):
+            client.train(["rec_" + "0" * 64], height_m=1.66, mass_kg=59.5)
+
+
 def test_the_client_scores_recordings_and_worksheets(url: str, bvh: Path) -> None:
     with Client(url) as client:
         recording = client.add_recording(bvh)
