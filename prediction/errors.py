@@ -68,7 +68,8 @@ class UnreachableTrajectoryError(TrajectoryError):
         what = "the hand" if tip is None else tip
         super().__init__(
             f"point {index} of the trajectory is out of reach: {what} stays {distance:.3f} m and "
-            f"{angle_deg:.1f} deg away; move the trajectory nearer, or send positions alone"
+            f"{angle_deg:.1f} deg away; move the trajectory nearer, begin with bent arms, or "
+            "send positions alone"
         )
 
 
