@@ -23,7 +23,7 @@ Optimizer = Literal["bipop", "gradient"]
 OPTIMIZERS: tuple[Optimizer, ...] = ("bipop", "gradient")
 
 #: Generations of a leading run of BIPOP after which its score is made anew.
-GENERATIONS = 25
+GENERATIONS = 50
 #: Bound of |log w| about its mean: beyond a ratio of e^8 a joint is locked or free for any purpose.
 LOG_WEIGHT_BOUND = 4.0
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from benchmarks.figure import Figure, shown
 from benchmarks.prediction.planar_operator import PlanarChain
@@ -24,7 +25,6 @@ from human.simulate import (
     simulate_following,
     simulate_planar,
 )
-from human.threads import single_threaded
 from prediction import Demonstrations, demonstrations_from_motion, demonstrations_from_samples, join
 from prediction.law_search import Criterion, SearchOptions, criterion_engine, search_law
 from prediction.marginal_likelihood import FastEngine
@@ -82,30 +82,26 @@ def inside(seen: Demonstrations, truth: Array, criterion: Criterion) -> tuple[Ar
     return held[0], held[1], float(np.median(found.high - found.low))
 
 
-@single_threaded
-def coverage(seeds: range) -> list[Figure]:
-    """Returns the coverage over seeds, for each kind of operator and criterion."""
-    figures = []
+def coverage(seeds: range) -> Iterator[Figure]:
+    """Yields the coverage over seeds, for each kind of operator and criterion."""
     for name, make in (("5R", planar), ("simulated people", person)):
         seen = [make(seed) for seed in seeds]
         for criterion in CRITERIA:
             rows = [inside(*each, criterion) for each in seen]
             held, plain = (np.concatenate([row[i] for row in rows]).mean() for i in (0, 1))
             width = float(np.exp(0.5 * np.median([row[2] for row in rows])))
-            figures.append(
-                Figure(
-                    f"{name}, {criterion}: true weights in the 90 % interval, {len(seeds)} seeds",
-                    float(held),
-                    least=LEAST,
-                    beside=f"plain profile {plain:.2f}; half width x{width:.2f}",
-                )
+            yield Figure(
+                f"{name}, {criterion}: true weights in the 90 % interval, {len(seeds)} seeds",
+                float(held),
+                least=LEAST,
+                beside=f"plain profile {plain:.2f}; half width x{width:.2f}",
             )
-    return figures
 
 
 def figures(full: bool = False) -> Iterator[Figure]:
     """Yields every figure."""
-    yield from coverage(FULL_SEEDS if full else SEEDS)
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield from coverage(FULL_SEEDS if full else SEEDS)
 
 
 def main() -> None:
