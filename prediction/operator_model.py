@@ -25,6 +25,9 @@ from prediction.rollout import Follower, Rollout
 
 Array = NDArray[np.float64]
 
+#: Demonstrated postures that an unknown start is guessed from, at most.
+_STARTS = 400
+
 
 @dataclass(frozen=True, slots=True)
 class Skeleton:
@@ -204,6 +207,7 @@ class OperatorModel:
             band=fitted.band,
             familiarity=self.familiarity,
             task=task,
+            demonstrated=None if self.samples is None else _few(self.samples.q),
         )
 
     def rollout(
@@ -211,7 +215,7 @@ class OperatorModel:
         target_position: Array,
         target_rotation: Array | None,
         time_s: Array,
-        q0: Array,
+        q0: Array | None,
         samples: int,
         rng: np.random.Generator,
         *,
@@ -228,7 +232,8 @@ class OperatorModel:
             target_rotation: ``(T, 3, 3)`` or ``(T, 2, 3, 3)``, base axes, or None: the task is then
                 the position alone.
             time_s: ``(T,)`` s.
-            q0: Start posture, ``(n,)`` rad, joints as in `joint_names`.
+            q0: Start posture, ``(n,)`` rad, joints as in `joint_names`; None if it is not known,
+                see `Follower.rollout`.
             samples: Sampled paths S.
             rng: Randomness; pass equal generators for candidates to be compared.
             sigma_x: Repeatability of the robot; a number is its position deviation, m.
@@ -249,3 +254,8 @@ class OperatorModel:
         hand = sigma_x if isinstance(sigma_x, HandNoise) else HandNoise(float(sigma_x))
         follower = self.follower(method, task, chain)
         return follower.rollout(path, q0, samples, rng, hand_noise=hand, noise=noise)
+
+
+def _few(q: Array) -> Array:
+    """Returns postures evenly through the demonstrations, enough to guess a start from."""
+    return q[:: -(-len(q) // _STARTS)] if len(q) else q

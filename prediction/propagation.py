@@ -85,6 +85,7 @@ def propagate(
     *,
     hand: HandNoise | None = None,
     noise: Noise = "coherent",
+    deviation: Array | None = None,
 ) -> Propagation:
     """Integrates several paths of equal length side by side.
 
@@ -96,6 +97,7 @@ def propagate(
         rng: Randomness. It makes S persons, the same for every path however it is sampled.
         hand: The robot's repeatability; none if not given.
         noise: See `Follower.rollout`.
+        deviation: How far the starts stray already, ``(C, 1 + S, r)`` rad; not at all if not given.
 
     Returns:
         The roll-outs. Nothing is raised for a hand that cannot follow: ``followed`` says so.
@@ -108,7 +110,7 @@ def propagate(
         q0 = np.repeat(q0[:, None], samples + 1, axis=1)
     batch = PostureBatch(follower, q0)
     targets = batch.targets(fine)
-    stray = _Stray(follower, count, samples, noise, rng)
+    stray = _Stray(follower, count, samples, noise, rng, deviation)
     robot = _RobotError(HandNoise() if hand is None else hand, samples, noise, rng)
     out = Propagation.empty(count, samples + 1, points, q0.shape[-1])
     batch.correct_start(targets.at(0))
@@ -152,9 +154,12 @@ class _Stray:
         samples: int,
         noise: Noise,
         rng: np.random.Generator,
+        deviation: Array | None,
     ) -> None:
         kind, joints = follower.predictor.weights.dtype, len(follower.reduction.kept)
         self._deviation = np.zeros((count, samples + 1, joints), dtype=kind)
+        if deviation is not None and noise == "coherent":
+            self._deviation += deviation.astype(kind)
         self._rng = np.random.default_rng(rng.integers(2**63))
         self._white = noise == "white"
         self._course: RandomCourse | None = None

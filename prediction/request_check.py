@@ -26,8 +26,7 @@ def check_request(names: Sequence[str], limits: JointLimits, q0: Array, samples:
     Raises:
         TrajectoryError: A joint is far beyond its range, or samples are fewer than none.
     """
-    if samples < 0:
-        raise TrajectoryError(f"samples is {samples}, expected 0 (the central path alone) or more")
+    check_samples(samples)
     rows = q0.reshape(-1, len(names))
     beyond = np.abs(rows - np.clip(rows, limits.lower, limits.upper))
     row, joint = divmod(int(np.argmax(beyond)), len(names))
@@ -36,3 +35,13 @@ def check_request(names: Sequence[str], limits: JointLimits, q0: Array, samples:
             f"the start posture has {names[joint]} at {rows[row, joint]:.3g} rad, expected "
             f"{limits.lower[joint]:.2f} to {limits.upper[joint]:.2f}: angles are in rad"
         )
+
+
+def check_samples(samples: int) -> None:
+    """Refuses counts that are none.
+
+    Raises:
+        TrajectoryError: They are fewer than none.
+    """
+    if samples < 0:
+        raise TrajectoryError(f"samples is {samples}, expected 0 (the central path alone) or more")

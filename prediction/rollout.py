@@ -25,7 +25,8 @@ from prediction.posture_band import PostureBand
 from prediction.precision import PRECISIONS, Precision, in_single_precision
 from prediction.predictor import Predictor
 from prediction.propagation import NOISES, Noise, Propagation, propagate
-from prediction.request_check import check_request
+from prediction.request_check import check_request, check_samples
+from prediction.start_posture import LikelyStart
 
 Array = NDArray[np.float64]
 
@@ -75,6 +76,8 @@ class Follower:
         band: Coherent deviation.
         familiarity: Cover of postures.
         task: Pose or position.
+        demonstrated: Demonstrated postures of all joints, ``(N, n)`` rad, for starts that are not
+            measured; None if they are not known.
     """
 
     predictor: Predictor
@@ -84,11 +87,12 @@ class Follower:
     band: PostureBand | None
     familiarity: Familiarity
     task: Task = "pose"
+    demonstrated: Array | None = None
 
     def rollout(
         self,
         path: HandPath,
-        q0: Array,
+        q0: Array | None,
         samples: int,
         rng: np.random.Generator,
         *,
@@ -101,7 +105,8 @@ class Follower:
         Args:
             path: Checked path; its rotation is used if the task is the pose.
             q0: Start posture, all joints ``(n,)`` rad. A hand within `START_M` and `START_DEG` of
-                the first point is brought onto it.
+                the first point is brought onto it. None if it is not known: what was demonstrated
+                with the hand nearby then stands for it, and bands are wider; see `LikelyStart`.
             samples: Sampled postures S; 0 gives the central path alone.
             rng: Randomness; what is drawn depends on S and the joints alone, so the same seed gives
                 every candidate the same person, at whatever rate it is sampled.
@@ -129,7 +134,7 @@ class Follower:
     def rollouts(
         self,
         paths: Sequence[HandPath],
-        q0: Array,
+        q0: Array | None,
         samples: int,
         rng: np.random.Generator,
         *,
@@ -162,25 +167,26 @@ class Follower:
             raise UnsupportedMethodError("noise", str(noise), NOISES)
         if precision not in PRECISIONS:
             raise UnsupportedMethodError("precision", str(precision), PRECISIONS)
-        q0 = np.asarray(q0, dtype=np.float64)
-        size = len(self.reduction.names)
-        if q0.shape != (size,) or not np.isfinite(q0).all():
-            raise TrajectoryError(
-                f"the start posture has shape {q0.shape}, expected ({size},) finite angles"
-            )
-        check_request(self.reduction.names, self.limits, q0, samples)
-        out: list[Rollout | TrajectoryError | None] = [self._start_fault(p, q0) for p in paths]
+        out: list[Rollout | TrajectoryError | None] = [None] * len(paths)
+        if q0 is None:
+            check_samples(samples)
+            out = [self._path_fault(path) for path in paths]
+        else:
+            q0 = self._checked_start(q0, samples)
+            out = [self._start_fault(path, q0) for path in paths]
         person = int(rng.integers(2**63))
         law = self if precision == "double" else in_single_precision(self)
         usable = [i for i, fault in enumerate(out) if fault is None]
         for group in self._groups(paths, usable, samples):
             points = max(len(paths[i].time_s) for i in group)
             padded = [paths[i].held(points) for i in group]
-            starts = np.broadcast_to(q0, (len(group), size))
             same = np.random.default_rng(person)
-            run = propagate(law, padded, starts, samples, same, hand=hand_noise, noise=noise)
+            starts, strayed = self._starts(padded, q0, samples, person)
+            run = propagate(
+                law, padded, starts, samples, same, hand=hand_noise, noise=noise, deviation=strayed
+            )
             for row, index in enumerate(group):
-                out[index] = self._outcome(run, row, paths[index], q0)
+                out[index] = self._outcome(run, row, paths[index], run.q[row, 0, 0])
         return [outcome for outcome in out if outcome is not None]
 
     def _groups(
@@ -217,11 +223,38 @@ class Follower:
             followed=run.followed[row, 1:, :points],
         )
 
-    def _start_fault(self, path: HandPath, q0: Array) -> TrajectoryError | None:
+    def _starts(
+        self, paths: list[HandPath], q0: Array | None, samples: int, person: int
+    ) -> tuple[Array, Array | None]:
+        """Returns where each roll-out starts, and how far it strays there."""
+        if q0 is not None:
+            return np.broadcast_to(q0, (len(paths), len(q0))), None
+        # Numbers of their own: how many a start takes must not move those of the way.
+        likely = LikelyStart.of(self)
+        drawn = [likely.draw(p, samples, np.random.default_rng([person, 1])) for p in paths]
+        return np.stack([start for start, _ in drawn]), np.stack([stray for _, stray in drawn])
+
+    def _checked_start(self, q0: Array, samples: int) -> Array:
+        q0 = np.asarray(q0, dtype=np.float64)
+        size = len(self.reduction.names)
+        if q0.shape != (size,) or not np.isfinite(q0).all():
+            raise TrajectoryError(
+                f"the start posture has shape {q0.shape}, expected ({size},) finite angles"
+            )
+        check_request(self.reduction.names, self.limits, q0, samples)
+        return q0
+
+    def _path_fault(self, path: HandPath) -> TrajectoryError | None:
         if self.task == "pose" and path.rotation is None:
             return TrajectoryError(
                 "the task is the pose of the hand but the path has no orientation"
             )
+        return None
+
+    def _start_fault(self, path: HandPath, q0: Array) -> TrajectoryError | None:
+        fault = self._path_fault(path)
+        if fault is not None:
+            return fault
         start = HandPath.recorded(self.chain, q0[None], path.time_s[:1], self.task)
         if path.position.shape[1:] != start.position.shape[1:]:
             return TrajectoryError(
