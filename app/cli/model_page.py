@@ -14,6 +14,8 @@ _ONE_STEP = {
     "RMSE [rad/s]": "rmse_rad_s",
     "cover": "coverage90_one_step",
 }
+#: The same where the joint velocity of the step before is told.
+_TOLD = {"told, log-lik.": "log_likelihood", "told, RMSE": "rmse_rad_s"}
 _ROLLOUT = {"cover": "coverage90_rollout", "width": "band_width_deg"}
 _NAMES_SHOWN = 6
 
@@ -93,10 +95,16 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
     horizons = list(dict.fromkeys(at for one in scores for at in one["rollout_rmse_deg_at"]))
     page.print(f"\nHeld out: {metrics['split']}. * is used.")
     table = Table(title="One step ahead", title_justify="left", box=None)
-    _columns(table, _ONE_STEP)
+    _columns(table, [*_ONE_STEP, *_TOLD])
     for one in scores:
-        table.add_row(_label(one, model), *(show(one[key]) for key in _ONE_STEP.values()))
+        told = one.get("with_previous") or {}
+        table.add_row(
+            _label(one, model),
+            *(show(one[key]) for key in _ONE_STEP.values()),
+            *(show(told.get(key)) for key in _TOLD.values()),
+        )
     page.print(table)
+    page.print("told: where the joint velocity of the step before was measured, too.")
     table = Table(
         title="Closed loop, joint RMSE [deg] by time since the start",
         title_justify="left",
