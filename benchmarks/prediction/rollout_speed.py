@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,7 +196,7 @@ def speed(led: Scene, rounds: int) -> Iterator[Figure]:
     )
     for method in COMPARED[1:]:
         slow, fast = least(
-            rounds, lambda m=method: led.roll_out(m), lambda m=method: led.roll_out(m, "single")
+            rounds, partial(led.roll_out, method), partial(led.roll_out, method, "single")
         )
         yield Figure(
             f"the same by {method}: times as fast",
