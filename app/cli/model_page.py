@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from app.cli.output import facts, show
@@ -106,7 +107,7 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
     page.print(table)
     page.print("told: where the joint velocity of the step before was measured, too.")
     table = Table(
-        title="Closed loop, joint RMSE [deg] by time since the start",
+        title=escape("Closed loop, joint RMSE [deg] by time since the start"),
         title_justify="left",
         box=None,
     )
@@ -131,7 +132,7 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
 def _columns(table: Table, titles: Iterable[str]) -> None:
     table.add_column("method", no_wrap=True)
     for title in titles:
-        table.add_column(title, justify="right")
+        table.add_column(escape(title), justify="right")
 
 
 def _millimetres(metres: float | None) -> str:
