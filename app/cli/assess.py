@@ -85,8 +85,8 @@ def assess(
     from app.assessments.schemas import AssessmentRequest
     from app.models.operator import open_operator
 
-    taken = [Path(name).resolve() for name in (*trajectories, context or "-", model)]
-    if out is not None and out.resolve() in taken:
+    read = [*trajectories, context or "-", str(model)]
+    if out is not None and out.resolve() in [Path(name).resolve() for name in read]:
         raise InvalidRequest(f"--out {out}: this is a file that is read; it is not overwritten.")
     request = gather(trajectories, context)
     for name, value in (("samples", samples), ("seed", seed)):
@@ -139,6 +139,10 @@ def _print_ranking(result: dict[str, Any]) -> None:
             out.print(f"{one['id']} not assessed: {one['problem']['detail']}")
         elif one["out_of_distribution"]["flag"]:
             out.print(f"{one['id']}: the model has seen few such postures; read it with care.")
+    for one in ranked:
+        for entry in one["assumed"]:
+            if entry["what"] == "balance" and entry["effect"] != "none":
+                out.print(f"{one['id']}: balance {entry['value']}.")
     assumed = {entry["what"]: entry for c in ranked for entry in c["assumed"]}
     if assumed:
         out.print("Assumed, not measured: " + "; ".join(sorted(assumed)) + ".")
