@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from app.assessments.balance import balance_assumed, overhang
 from app.assessments.body import Standing, stand
 from app.assessments.candidates import (
     CandidateRejected,
@@ -14,7 +15,7 @@ from app.assessments.candidates import (
     parse_candidate,
     slot_id,
 )
-from app.assessments.evaluate import evaluate, task_assumptions
+from app.assessments.evaluate import borne_kg, evaluate, task_assumptions
 from app.assessments.poses import Array
 from app.assessments.posture import PostureRecord
 from app.assessments.predict import Predicted, Slot, predict
@@ -24,7 +25,7 @@ from app.assessments.results import (
     rejected_slot,
     slot_result,
 )
-from app.assessments.schemas import AssessmentRequest
+from app.assessments.schemas import AssessmentRequest, Assumption
 from app.assessments.timing import grid_size, prediction_grid, resample
 from app.models.operator import Operator
 from app.plain import rounded
@@ -185,10 +186,25 @@ class _Board:
         assumed = task_assumptions(evaluated, request, self._standing.taken)
         for prediction, scored, taken in zip(predicted, evaluated, assumed, strict=True):
             index = prediction.slot.index
+            taken = [*taken, *self._balance(prediction)]
             beside = {method: results.get(index) for method, results in baselines.items()}
             self._answers[index] = slot_result(prediction, scored, beside, taken, request)
             self._costs[index] = scored.cost.total
             self._postures[index] = posture_record(prediction, scored, operator.model.dof_names)
+
+    def _balance(self, prediction: Predicted) -> list[Assumption]:
+        """Returns whether standing feet can hold the person; nothing where the pelvis is held."""
+        if self._operator.base != "feet":
+            return []
+        path = prediction.slot.path
+        outside = overhang(
+            self._operator.model,
+            prediction.central,
+            path.middle(),
+            borne_kg(self._request),
+            self._request.hand_force(),
+        )
+        return [] if outside is None else [balance_assumed(outside, path.time_s)]
 
     def _predict(
         self, part: list[Slot], samples: int, method: str | None = None

@@ -8,6 +8,7 @@ import pinocchio as pin
 import pytest
 from starlette.testclient import TestClient
 
+from app.assessments.balance import balance_assumed, overhang
 from app.assessments.effort import HandLoad, arm_joints, joint_efforts, velocities
 from app.assessments.footing import Footing
 from app.models.operator import Operator, open_operator
@@ -114,7 +115,11 @@ def test_hands_stay_on_the_box_and_feet_on_the_floor(
     for one in body["candidates"]:
         assert set(arm_joints("both")) <= set(one["effort_nm"])
         assumed = {entry["what"] for entry in one["assumed"]}
-        assert {"feet", "share of the load by hand"} <= assumed and "pelvis" not in assumed
+        assert {
+            "feet",
+            "share of the load by hand",
+            "balance",
+        } <= assumed and "pelvis" not in assumed
         url = f"/v1/assessments/{body['id']}/candidates/{one['id']}/posture"
         posture = api.get(url).json()
         for angles, base in [
@@ -207,6 +212,28 @@ def test_feet_that_stand_neither_move_nor_accelerate(person: Operator) -> None:
             assert np.linalg.norm(moving.linear) < 5e-3
             hurried = pin.getFrameClassicalAcceleration(peer, data, frame, pin.LOCAL)
             assert np.linalg.norm(hurried.linear) < 0.1
+
+
+def test_the_centre_of_pressure_is_that_of_statics(person: Operator) -> None:
+    """Ahead of straight toes it is outside by what Pinocchio's centre of mass and a lever say."""
+    model, q0 = person.model, start_of(person)
+    q = np.tile(q0, (3, 1))
+    q[:, 0] += [0.0, 0.4, 0.4]
+    still = forward_kinematics(model, q0)
+    toe, foot = still.of("RightToe"), still.of("RightFoot")
+    shape = model.shapes["RightToe"]
+    front = toe[1][0] + shape.center[0] + shape.size[0] / 2
+    sole = foot[1][2] + model.shapes["RightFoot"].center[2] - model.shapes["RightFoot"].size[2] / 2
+    hand, force, mass = np.array([0.5, 0.0, 1.1]), np.array([30.0, 0.0, 0.0]), 10.0
+    outside = overhang(model, q, np.tile(hand, (3, 1)), mass, force)
+    assert outside is not None and outside[0] < 0.0
+    peer = model.pinocchio()
+    com = pin.centerOfMass(peer, peer.createData(), q[1])
+    down = 9.81 * (model.total_mass_kg + mass)
+    lever = 9.81 * (model.total_mass_kg * com[0] + mass * hand[0]) + 30.0 * (hand[2] - sole)
+    assert outside[1] == pytest.approx(lever / down - front, abs=1e-3)
+    assert balance_assumed(outside, np.arange(3.0)).value.startswith("lost from 1.00 s")
+    assert balance_assumed(outside[:1], np.arange(1.0)).effect == "none"
 
 
 def test_each_hand_bears_half(person: Operator) -> None:
