@@ -17,7 +17,15 @@ from benchmarks.figure import Figure
 from benchmarks.prediction.paper_figures.every import OUT
 
 #: Parts in the order they run; each is a module here with ``figures``.
-PARTS = ("planar", "training", "simulated", "rollout_speed", "inputs", "paper_figures")
+PARTS = (
+    "planar",
+    "training",
+    "simulated",
+    "rollout_speed",
+    "chains",
+    "inputs",
+    "paper_figures",
+)
 #: Parts that are all about recordings.
 REAL = ("real_motion", "led_paths")
 
