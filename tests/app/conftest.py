@@ -133,33 +133,34 @@ def model_id(api: TestClient, scene: Scene) -> str:
 @pytest.fixture(scope="session")
 def bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of the simulated person carrying a box."""
-    file = tmp_path_factory.mktemp("recording") / "box.bvh"
-    _write_box_handling(scene, file, seed=5, rate_hz=20.0)
-    return file
-
-
-@pytest.fixture(scope="session")
-def other_bvh(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Another recording of her."""
-    file = tmp_path_factory.mktemp("recording") / "other.bvh"
-    _write_box_handling(scene, file, seed=6, rate_hz=20.0)
-    return file
-
-
-def _write_box_handling(scene: Scene, file: Path, seed: int, rate_hz: float) -> None:
     person = operator("average", np.random.default_rng(7))
-    rng = np.random.default_rng(seed)
-    write_bvh(
-        file, scene.model, simulate_box_handling(scene.model, person, rng, rate_hz=rate_hz).motion
-    )
+    motion = simulate_box_handling(
+        scene.model, person, np.random.default_rng(5), rate_hz=20.0
+    ).motion
+    file = tmp_path_factory.mktemp("recording") / "box.bvh"
+    write_bvh(file, scene.model, motion)
+    return file
 
 
 @pytest.fixture(scope="session")
-def trained_file(bvh: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The model that ``ergocast train --method cov-ik`` makes of the recording."""
+def reaches(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Two recordings to train on; at 10 Hz, since the roll-outs of a training cost by the step."""
+    person = operator("average", np.random.default_rng(7))
+    folder = tmp_path_factory.mktemp("recording")
+    files = (folder / "one.bvh", folder / "two.bvh")
+    for seed, file in enumerate(files):
+        rng = np.random.default_rng(20 + seed)
+        reached = simulate_reaching(scene.model, person, rng, movements=6, rate_hz=10.0)
+        write_bvh(file, scene.model, reached.motion)
+    return files
+
+
+@pytest.fixture(scope="session")
+def trained_file(reaches: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The model that ``ergocast train --method cov-ik`` makes of the first."""
     out = tmp_path_factory.mktemp("trained") / "operator.safetensors"
     person = ("--height", 1.72, "--mass", 68, "--sex", "female")
-    assert run("train", bvh, *person, "--method", "cov-ik", "--out", out) == 0
+    assert run("train", reaches[0], *person, "--method", "cov-ik", "--out", out) == 0
     return out
 
 

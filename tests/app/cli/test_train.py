@@ -60,7 +60,7 @@ class Fits:
 
 def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
     tmp_path: Path,
-    bvh: Path,
+    reaches: tuple[Path, Path],
     trained_file: Path,
     capsys: Capture,
     monkeypatch: pytest.MonkeyPatch,
@@ -69,18 +69,18 @@ def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
     fits = Fits(monkeypatch, stop_at=4)
     monkeypatch.setattr(train_command, "progress_bar", Told)
     Told.shown.clear()
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out) == 130
+    assert run("train", reaches[0], *PERSON, *QUICK, "--out", out) == 130
     said = " ".join(capsys.readouterr().err.split())
     assert "3 fits are done" in said and "the same command goes on" in said
     (folder,) = tmp_path.iterdir()
     assert folder.name == "mine.safetensors.unfinished"
     assert folder.stat().st_mode & 0o077 == 0
     # another training is not mixed with it, and says in what it differs
-    said = failed(capsys, "train", bvh, *PERSON, "--method", "sb-m", "--out", out)
+    said = failed(capsys, "train", reaches[0], *PERSON, "--method", "sb-m", "--out", out)
     assert "method: cov-ik then, sb-m now" in said and "--restart" in said
     assert "hand" not in said
     before = len(fits.made)
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--json") == 0
+    assert run("train", reaches[0], *PERSON, *QUICK, "--out", out, "--json") == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["method"] == "cov-ik" and captured.err == ""
     assert len(fits.made) - before == FITS - 3
@@ -93,19 +93,19 @@ def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(
 
 def test_restart_begins_anew_and_touches_nothing_else(
     tmp_path: Path,
-    bvh: Path,
+    reaches: tuple[Path, Path],
     capsys: Capture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     out = tmp_path / "mine.safetensors"
     Fits(monkeypatch, stop_at=2)
-    assert run("train", bvh, *PERSON, "--method", "sb-m", "--out", out) == 130
+    assert run("train", reaches[0], *PERSON, "--method", "sb-m", "--out", out) == 130
     capsys.readouterr()
     (folder,) = tmp_path.iterdir()
     assert json.loads((folder / "about.json").read_text())["method"] == "sb-m"
     monkeypatch.undo()
     again = Fits(monkeypatch, stop_at=2)
-    assert run("train", bvh, *PERSON, *QUICK, "--out", out, "--restart", "--json") == 130
+    assert run("train", reaches[0], *PERSON, *QUICK, "--out", out, "--restart", "--json") == 130
     assert "Going on" not in capsys.readouterr().err
     assert again.made == ["cov-ik", "stopped"]
     assert json.loads((folder / "about.json").read_text())["method"] == "cov-ik"
@@ -113,7 +113,7 @@ def test_restart_begins_anew_and_touches_nothing_else(
     strange.mkdir()
     (strange / "diary.txt").write_text("mine")
     other = tmp_path / "other.safetensors"
-    said = failed(capsys, "train", bvh, *PERSON, *QUICK, "--out", other, "--restart")
+    said = failed(capsys, "train", reaches[0], *PERSON, *QUICK, "--out", other, "--restart")
     assert "no training" in said and (strange / "diary.txt").read_text() == "mine"
 
 
@@ -123,14 +123,14 @@ def test_inspect_shows_what_a_model_holds(trained_file: Path, capsys: Capture) -
     assert model["format"] == "ergocast-operator-model"
     assert model["subject"] == {"height_m": 1.72, "mass_kg": 68.0, "sex": "female"}
     (take,) = model["takes"]
-    assert (take["name"], take["samples"]) == ("box.bvh", model["samples"])
+    assert (take["name"], take["samples"]) == ("one.bvh", model["samples"])
     joints = model["joints"]
     held = load_model(trained_file).reduction
     assert joints["learned"] == list(held.kept_names)
     assert sorted([*joints["locked"], *joints["following"]]) == sorted(held.dropped_names)
     assert run("inspect", trained_file) == 0
     page = capsys.readouterr().out
-    for words in ("1.72 m, 68 kg, female", "right hand", "cov-ik *", "minimum-norm", "box.bvh"):
+    for words in ("1.72 m, 68 kg, female", "right hand", "cov-ik *", "minimum-norm", "one.bvh"):
         assert words in page
     for at in ("0.25 s", "0.5 s", "1 s", "2 s"):
         assert at in page
@@ -138,19 +138,21 @@ def test_inspect_shows_what_a_model_holds(trained_file: Path, capsys: Capture) -
 
 
 def test_recordings_are_added_once_and_of_one_person(
-    tmp_path: Path, bvh: Path, trained_file: Path, capsys: Capture
+    tmp_path: Path, reaches: tuple[Path, Path], trained_file: Path, capsys: Capture
 ) -> None:
     out = tmp_path / "more.safetensors"
     cases: list[tuple[list[object], str]] = [
-        ([bvh], "box.bvh is the same recording as box.bvh"),
-        ([bvh, "--hand", "left"], "hand right, got left"),
-        ([bvh, "--mass", 70], "mass 68.0, got 70"),
+        ([reaches[0]], "one.bvh is the same recording as one.bvh"),
+        ([reaches[0], "--hand", "left"], "hand right, got left"),
+        ([reaches[0], "--mass", 70], "mass 68.0, got 70"),
         ([], "none"),
     ]
     for options, words in cases:
         said = failed(capsys, "train", *options, "--add-to", trained_file, "--out", out)
         assert words in " ".join(said.split())
-    assert "not an operator model" in failed(capsys, "train", bvh, "--add-to", bvh, "--out", out)
-    said = failed(capsys, "train", bvh, bvh, *PERSON, *QUICK, "--out", out)
+    assert "not an operator model" in failed(
+        capsys, "train", reaches[0], "--add-to", reaches[0], "--out", out
+    )
+    said = failed(capsys, "train", reaches[0], reaches[0], *PERSON, *QUICK, "--out", out)
     assert "same recording" in said
     assert list(tmp_path.iterdir()) == []

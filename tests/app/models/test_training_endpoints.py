@@ -38,9 +38,9 @@ def ended(api: TestClient, operation: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_a_cancelled_training_stops_and_leaves_nothing(
-    api: TestClient, settings: Settings, bvh: Path
+    api: TestClient, settings: Settings, reaches: tuple[Path, Path]
 ) -> None:
-    operation = ask(api, {"recordings": [upload(api, bvh)], **PERSON, "method": "mi-nsgp"})
+    operation = ask(api, {"recordings": [upload(api, reaches[0])], **PERSON, "method": "mi-nsgp"})
     for _ in range(3000):
         progress = api.get(f"/v1/operations/{operation['id']}").json()["progress"]
         if progress["log_likelihood"] is not None:
@@ -78,10 +78,10 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[Gate]:
 
 
 def test_a_training_goes_on_after_a_stop_and_gives_the_model_of_the_command(
-    settings: Settings, bvh: Path, trained_file: Path, gate: Gate
+    settings: Settings, reaches: tuple[Path, Path], trained_file: Path, gate: Gate
 ) -> None:
     with TestClient(create_app(settings), base_url=BASE_URL) as api:
-        body = {"recordings": [upload(api, bvh)], **PERSON, **QUICK, "name": "mine"}
+        body = {"recordings": [upload(api, reaches[0])], **PERSON, **QUICK, "name": "mine"}
         operation = ask(api, body)
         assert (operation["kind"], operation["state"]) == ("training", "queued")
         assert gate.reached.wait(60.0)
@@ -99,26 +99,26 @@ def test_a_training_goes_on_after_a_stop_and_gives_the_model_of_the_command(
     assert record["id"] == f"mdl_{hashlib.sha256(trained_file.read_bytes()).hexdigest()}"
     assert (record["name"], record["hand"], record["method"]) == ("mine", "right", "cov-ik")
     assert {one["method"] for one in record["metrics"]["scores"]} == {"cov-ik", "minimum-norm"}
-    assert [take["name"] for take in record["holds"]["takes"]] == ["box.bvh"]
+    assert [take["name"] for take in record["holds"]["takes"]] == ["one.bvh"]
     assert '"log_likelihood":' in events and "measuring its bands" in events
     assert list((settings.data / "trainings").iterdir()) == []
 
 
 def test_recordings_are_added_to_a_model(
-    api: TestClient, bvh: Path, other_bvh: Path, trained_file: Path
+    api: TestClient, reaches: tuple[Path, Path], trained_file: Path
 ) -> None:
     headers = {"Content-Type": "application/vnd.ergocast.model"}
     old = api.post("/v1/models", content=trained_file.read_bytes(), headers=headers).json()
-    body = {"recordings": [upload(api, other_bvh)], "add_to": old["id"]}
+    body = {"recordings": [upload(api, reaches[1])], "add_to": old["id"]}
     done = ended(api, ask(api, body))
     assert done["state"] == "succeeded", done
     record = api.get(done["result_url"]).json()
-    assert [take["name"] for take in record["holds"]["takes"]] == ["box.bvh", "other.bvh"]
+    assert [take["name"] for take in record["holds"]["takes"]] == ["one.bvh", "two.bvh"]
     assert record["holds"]["options"] == old["holds"]["options"]
     assert record["holds"]["samples"] > old["holds"]["samples"]
-    failed = ended(api, ask(api, {**body, "recordings": [upload(api, bvh)]}))
+    failed = ended(api, ask(api, {**body, "recordings": [upload(api, reaches[0])]}))
     assert failed["state"] == "failed"
-    assert "box.bvh is the same recording as box.bvh" in failed["problem"]["detail"]
+    assert "one.bvh is the same recording as one.bvh" in failed["problem"]["detail"]
     answer = api.post("/v1/models", json={**body, "height_m": 1.8})
     assert answer.status_code == 422 and "The model is of height 1.72, got 1.8" in answer.text
 
@@ -150,9 +150,10 @@ def test_a_person_without_recordings_gets_a_generic_model(api: TestClient) -> No
     ],
 )
 def test_what_cannot_be_trained_is_refused_at_once(
-    api: TestClient, bvh: Path, change: dict[str, Any], status: int, words: str
+    api: TestClient, reaches: tuple[Path, Path], change: dict[str, Any], status: int, words: str
 ) -> None:
-    answer = api.post("/v1/models", json={"recordings": [upload(api, bvh)], **PERSON, **change})
+    body = {"recordings": [upload(api, reaches[0])], **PERSON, **change}
+    answer = api.post("/v1/models", json=body)
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
     assert words in answer.text
