@@ -20,6 +20,7 @@ from benchmarks.prediction.paper_figures.every import OUT
 PARTS = (
     "planar",
     "training",
+    "weights",
     "simulated",
     "rollout_speed",
     "chains",

@@ -11,7 +11,6 @@ the way the paper trains; its total is that times the candidates the search by B
 
 import argparse
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 
@@ -34,6 +33,8 @@ from human.simulate import simulate_planar
 DEVELOPMENT, REPORT = range(100, 103), range(300, 310)
 #: Fewest candidates a naive loop is given; the paper's own BIPOP needs more.
 NAIVE_CANDIDATES = 1500
+#: Steps of Adam each of them takes.
+ADAM_STEPS = 50
 #: Candidates of the naive loop that are timed, each of another operator.
 NAIVE_MEASURED = 2
 KEEPS_HAND = (GRADIENT, BIPOP, "W-IK", "Sb-M", "NsGP, paper's kernel", "LoCov-IK")
@@ -66,41 +67,12 @@ def table(kind: str, rows: Sequence[Mapping[str, Scores]]) -> str:
 
 
 def naive_candidate_seconds(seed: int) -> float:
-    """Times one candidate W as gpytorch users train it: k models, 50 Adam steps each."""
-    import gpytorch
-    import torch
+    """Returns the seconds of one candidate W as gpytorch users train it: a model for each y."""
+    from benchmarks.prediction.naive_loop import naive_step_seconds  # torch, for this alone
 
-    train, _, _ = split(
-        simulate_planar(np.random.default_rng(seed), samples=SAMPLES), "random", seed
-    )
-    inputs = torch.tensor(np.concatenate([train.q, train.xdot], axis=1)).float()
-    inputs = (inputs - inputs.mean(0)) / inputs.std(0)
-
-    class Model(gpytorch.models.ExactGP):  # type: ignore[misc]
-        def __init__(self, targets: object, likelihood: object) -> None:
-            super().__init__(inputs, targets, likelihood)
-            self.mean_module = gpytorch.means.ConstantMean()
-            self.covar_module = gpytorch.kernels.ScaleKernel(gpytorch.kernels.RBFKernel())
-
-        def forward(self, x: object) -> object:
-            return gpytorch.distributions.MultivariateNormal(
-                self.mean_module(x), self.covar_module(x)
-            )
-
-    start = time.process_time()
-    for output in range(3):
-        targets = torch.tensor(train.qdot[:, output]).float()
-        likelihood = gpytorch.likelihoods.GaussianLikelihood()
-        model = Model(targets, likelihood)
-        model.train()
-        likelihood.train()
-        search = torch.optim.Adam(model.parameters(), lr=0.1)
-        mll = gpytorch.mlls.ExactMarginalLogLikelihood(likelihood, model)
-        for _ in range(50):
-            search.zero_grad()
-            (-mll(model(inputs), targets)).backward()
-            search.step()
-    return time.process_time() - start
+    raw = simulate_planar(np.random.default_rng(seed), samples=SAMPLES)
+    train = split(raw, "random", seed)[0]
+    return ADAM_STEPS * naive_step_seconds(train, train.q.shape[1] - train.jacobian.shape[1])
 
 
 def beside(rows: Mapping[str, Scores], name: str, *labels: str) -> str:
