@@ -4,9 +4,12 @@ import numpy as np
 
 from human import Chain, Motion, UnknownNameError
 from prediction.chain import TaskChain
+from prediction.standing import STILL_M_S, STILL_RAD_S, standing_frames
 
 #: A pelvis that goes faster than this walks, m/s; walking longer than this share is worth a word.
 WALKING_M_S, WALKING_SHARE = 0.4, 0.3
+#: Feet that a chain holds in place and that stand for less than this share are worth a word.
+STANDING_SHARE = 0.98
 #: How much further the other hand must have gone to be the one that was led.
 OTHER_HAND = 2.0
 
@@ -29,8 +32,16 @@ def motion_findings(chain: TaskChain, motion: Motion) -> tuple[str, ...]:
             f"the person walks in {share:.0%} of it: arms that swing are no hand that is led; cut "
             "the walking out"
         )
-    side = chain.tip.removesuffix("HandCOM") if isinstance(chain, Chain) else ""
-    if isinstance(chain, Chain) and side in ("Right", "Left"):
+    if not isinstance(chain, Chain):
+        return tuple(found)
+    still = float(standing_frames(chain, motion).mean())
+    if still < STANDING_SHARE:
+        found.append(
+            f"both feet stand in {still:.0%} of it (slower than {STILL_M_S:g} m/s and "
+            f"{STILL_RAD_S:g} rad/s); the rest is left out"
+        )
+    side = chain.tip.removesuffix("HandCOM")
+    if len(chain.led) == 1 and side in ("Right", "Left"):
         other = "Left" if side == "Right" else "Right"
         went, beside = _travelled(chain, motion), 0.0
         try:

@@ -12,6 +12,7 @@ from prediction import (
     demonstrations_from_motion,
     find_reduction,
     led_chain,
+    motion_findings,
     standing_frames,
 )
 
@@ -61,6 +62,10 @@ def test_steps_teach_nothing_and_pelves_without_a_place_are_refused(chain, postu
     assert not np.isin(seen.time_s, motion.time_s[lifted][2:-2]).any()
     assert np.abs(seen.xdot[:, :3]).max() < 0.1
     assert len(seen) > 0.6 * len(motion.time_s)
+    (finding,) = motion_findings(chain, motion)
+    assert f"stand in {len(seen) / len(motion.time_s):.0%}" in finding
+    assert motion_findings(chain, motion_of(chain, postures)) == ()
+    assert motion_findings(led_chain(chain.model, "both", "pelvis"), motion) == ()
     with pytest.raises(DemonstrationError, match="where the pelvis is"):
         demonstrations_from_motion(chain, replace(motion, base="fixed"))
 
