@@ -65,6 +65,9 @@ START_SAMPLES = 300
 MORE_SAMPLES = (900,)
 STARTS = ((0.0, -2.3), (1.5, -2.3), (1.0, -6.0))
 
+#: Relative gain of a step at which a climb ends: on some of the samples, and on all.
+ROUGH, FINE = 1e-6, 1e-9
+
 #: What is said of a law found by the paper's own score.
 IN_SAMPLE_WARNING = (
     "the weights were searched by the likelihood of the training set itself, as in the paper: "
@@ -211,7 +214,7 @@ def search_law(
             for more in MORE_SAMPLES:
                 if more < len(demonstrations):
                     some = search.on(demonstrations.thinned(more))
-                    found, theta = some.by_gradient(weights, theta)
+                    found, theta = some.by_gradient(weights, theta, ROUGH)
                     weights, used = found.log_weights, used + found.evaluations
         found, theta = search.by_gradient(weights, theta)
         return search.law(replace(found, evaluations=used + found.evaluations), theta)
@@ -296,14 +299,16 @@ class _Search:
         starts = [theta, *(self._theta(length, noise) for length, noise in STARTS)]
 
         def climb(kernel: Array) -> Array:
-            found, at = self.by_gradient(weights, kernel)
+            found, at = self.by_gradient(weights, kernel, ROUGH)
             return np.concatenate([found.log_weights, at, [found.score, found.evaluations]])
 
         ends = [climb(kernel) for kernel in starts]
         best = max(ends, key=lambda end: end[-2])
         return best[:size], best[size:-2], int(sum(end[-1] for end in ends))
 
-    def by_gradient(self, weights: Array, theta: Array) -> tuple[WeightSearch, Array]:
+    def by_gradient(
+        self, weights: Array, theta: Array, tolerance: float = FINE
+    ) -> tuple[WeightSearch, Array]:
         """Climbs log W and theta together by L-BFGS with the exact slope.
 
         Derived here: mean and S are at their optimum for each W and kernel and add nothing to the
@@ -334,7 +339,7 @@ class _Search:
             return -float(answer[0]), -answer[1:]
 
         start = np.clip(best, *np.transpose(bounds))
-        options = {"maxfun": budget, "maxiter": budget, "ftol": 1e-9, "gtol": 1e-6}
+        options = {"maxfun": budget, "maxiter": budget, "ftol": tolerance, "gtol": 1e-6}
         minimize(negative, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         found = best[:size] - best[:size].mean()
         return WeightSearch(found, reached, asked), best[size:]

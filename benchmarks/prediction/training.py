@@ -104,7 +104,6 @@ def planar(seeds: range) -> Iterator[Figure]:
     yield Figure(
         "5R: std of log W error, marginal likelihood",
         float(np.mean(errors["marginal"])),
-        most=0.03,
         beside=f"the paper's in-sample score {np.mean(errors['in-sample']):.2f}",
     )
     raw = simulate_planar(np.random.default_rng(seeds[0]), samples=PLANAR)
