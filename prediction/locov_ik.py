@@ -271,10 +271,9 @@ def _local(kernel: Array, packed: Array, fallback: Array, prior_count: float) ->
     # As much velocity in all as the shrunk moment has, whose diagonal is raised.
     mixed = (1.0 + SHRINKAGE) * (kernel @ packed) + prior_count * fallback[rows, columns]
     mixed /= (kernel.sum(axis=1) + prior_count)[:, None]
-    out = np.empty((len(kernel), size, size), dtype=kernel.dtype)
-    out[:, rows, columns] = mixed
-    out[:, columns, rows] = mixed
-    return out
+    place = np.empty((size, size), dtype=np.int64)
+    place[rows, columns] = place[columns, rows] = np.arange(len(rows))
+    return np.take(mixed, place.ravel(), axis=1).reshape(-1, size, size)
 
 
 def _spread(weights: Array, scatter_matrix: Array, axes: Array, jacobian: Array) -> Array:
