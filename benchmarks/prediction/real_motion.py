@@ -258,7 +258,7 @@ def figures(folder: Path, full: bool = False, picture: Path | None = None) -> It
             for score in scores
             if score.method == name and score.rollout_hand_mean_m is not None
         ]
-        # Without knowledge of the person joints are driven into their limits, and the hand stops.
+        # The bar is for what is shipped; minimum-norm, which knows no person, is shown beside it.
         yield Figure(
             f"real recordings: {name}, mean hand error of roll-outs, worst split", max(hands), "mm",
             most=HAND_BAR_MM if name == "auto" else None,
