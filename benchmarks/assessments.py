@@ -17,9 +17,9 @@ from app.assessments.schemas import DEFAULT_SAMPLES, AssessmentRequest
 from app.demo.scene import person
 from app.files import dump_json
 from app.models.operator import Operator, open_operator
-from app.training import train
+from app.training import Recorded, train
 from human.simulate import robot_trajectories, simulate_following
-from prediction import TrainingOptions, save_model
+from prediction import TakeSource, TrainingOptions, save_model
 
 CANDIDATES, POINTS, STEP_S = 100, 50, 0.04
 AIM_S = 1.0
@@ -46,7 +46,9 @@ def trained_operator(folder: Path) -> tuple[Operator, Any]:
         for way in scene.trajectories
     ]
     options = TrainingOptions(method="mi-nsgp", optimizer="gradient", blocks=2, max_samples=350)
-    trained = train(who.model, motions, "right", seed=0, options=options)
+    sources = tuple(TakeSource(way.id) for way in scene.trajectories)
+    recorded = Recorded(who.model, tuple(motions), sources, ())
+    trained = train(recorded, "right", seed=0, options=options)
     save_model(folder / "operator.safetensors", trained.operator)
     return open_operator(folder / "operator.safetensors"), scene
 
