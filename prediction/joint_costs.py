@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.chain import Task
-from prediction.mi_nsgp import MiNsGp
+from prediction.laws.mi_nsgp import MiNsGp
+from prediction.laws.predictor import Predictor
 from prediction.operator_model import OperatorModel
-from prediction.predictor import Predictor
 
 Array = NDArray[np.float64]
 

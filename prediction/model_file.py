@@ -25,14 +25,14 @@ from safetensors.numpy import save as save_tensors
 from human import HumanError, Subject
 from prediction.chain import TASKS, JointReduction, Task
 from prediction.errors import ModelFileError, PredictionError
-from prediction.familiarity import Familiarity
-from prediction.hand_scatter import checked_sigma_x
-from prediction.kept_samples import KeptSamples, KeptTake
-from prediction.memory import NullSpaceMemory
-from prediction.methods import method_class
+from prediction.following.familiarity import Familiarity
+from prediction.following.posture_band import PostureBand
+from prediction.laws.hand_scatter import checked_sigma_x
+from prediction.laws.memory import NullSpaceMemory
+from prediction.laws.methods import method_class
+from prediction.laws.predictor import Predictor
 from prediction.operator_model import FittedMethod, OperatorModel, Skeleton
-from prediction.posture_band import PostureBand
-from prediction.predictor import Predictor
+from prediction.training.kept_samples import KeptSamples, KeptTake
 
 Array = NDArray[np.float64]
 

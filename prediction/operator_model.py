@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from human import Chain, HumanModel, Subject, scale_model
 from prediction.chain import JointReduction, Task, TaskChain
 from prediction.errors import PredictionError, UnsupportedMethodError
-from prediction.familiarity import Familiarity
-from prediction.hand_noise import HandNoise
-from prediction.hand_path import HandPath
-from prediction.joint_limits import JointLimits
-from prediction.kept_samples import KeptSamples
+from prediction.following.familiarity import Familiarity
+from prediction.following.hand_noise import HandNoise
+from prediction.following.hand_path import HandPath
+from prediction.following.joint_limits import JointLimits
+from prediction.following.posture_band import PostureBand
+from prediction.following.propagation import Noise
+from prediction.following.rollout import Follower, Rollout
+from prediction.laws.memory import NullSpaceMemory
+from prediction.laws.predictor import Predictor
 from prediction.led_chain import Base, Hand, base_of, hand_of
-from prediction.memory import NullSpaceMemory
-from prediction.posture_band import PostureBand
-from prediction.predictor import Predictor
-from prediction.propagation import Noise
-from prediction.rollout import Follower, Rollout
+from prediction.training.kept_samples import KeptSamples
 
 Array = NDArray[np.float64]
 

@@ -33,9 +33,9 @@ from prediction import (
     join,
     run_held_out,
 )
-from prediction.generic_prior import GROUPS, joint_group, prior_table
-from prediction.held_out import HeldOutRun
-from prediction.posture_band import LENGTHS
+from prediction.following.posture_band import LENGTHS
+from prediction.training.generic_prior import GROUPS, joint_group, prior_table
+from prediction.training.held_out import HeldOutRun
 
 Array = NDArray[np.float64]
 Table = dict[str, Any]

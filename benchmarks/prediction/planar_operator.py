@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from human.simulate import PlanarArm, PlanarDemonstrations, simulate_planar
 from prediction import METHODS, Demonstrations, MiNsGp, Predictor, demonstrations_from_samples
-from prediction.held_out import NINETY
-from prediction.predictor import gaussian_log_density
+from prediction.laws.predictor import gaussian_log_density
+from prediction.training.held_out import NINETY
 
 Array = NDArray[np.float64]
 

@@ -35,13 +35,13 @@ from prediction import (
     join,
     train_operator,
 )
-from prediction.compression import exact_posterior
-from prediction.hand_path import orientation_error
-from prediction.held_out import Stretches, recorded_paths
-from prediction.precision import Precision
-from prediction.process import Process
-from prediction.propagation import propagate
-from prediction.weight_search import NullSpaceTargets
+from prediction.following.hand_path import orientation_error
+from prediction.following.precision import Precision
+from prediction.following.propagation import propagate
+from prediction.laws.compression import exact_posterior
+from prediction.laws.process import Process
+from prediction.search.weight_search import NullSpaceTargets
+from prediction.training.held_out import Stretches, recorded_paths
 
 Array = NDArray[np.float64]
 SAMPLES, STEPS = 1000, 100

@@ -30,7 +30,7 @@ from prediction import (
     score_method,
     train_operator,
 )
-from prediction.held_out import Stretches, run_held_out, sampled_interval
+from prediction.training.held_out import Stretches, run_held_out, sampled_interval
 
 #: People reported; methods were developed on seeds below 20.
 SEEDS = (21,)

@@ -27,9 +27,9 @@ from prediction import (
     demonstrations_from_motion,
     join,
 )
-from prediction.held_out import calibrate
-from prediction.joint_gaussian import JointGaussian
-from prediction.moment_fit import MomentFit
+from prediction.laws.joint_gaussian import JointGaussian
+from prediction.laws.moment_fit import MomentFit
+from prediction.training.held_out import calibrate
 
 Array = NDArray[np.float64]
 

@@ -24,12 +24,12 @@ from benchmarks.prediction.planar_operator import split
 from benchmarks.prediction.simulated_operators import Person
 from human.simulate import simulate_planar
 from prediction import METHODS, Demonstrations, MiNsGp, join
-from prediction.gpytorch_engine import GpytorchEngine
-from prediction.kernels import KERNELS, InputScaling
-from prediction.law_search import Criterion
-from prediction.marginal_likelihood import FastEngine
-from prediction.null_space import NullSpaceBasis
-from prediction.weight_search import NullSpaceTargets, Optimizer
+from prediction.laws.kernels import KERNELS, InputScaling
+from prediction.laws.null_space import NullSpaceBasis
+from prediction.search.gpytorch_engine import GpytorchEngine
+from prediction.search.law_search import Criterion
+from prediction.search.marginal_likelihood import FastEngine
+from prediction.search.weight_search import NullSpaceTargets, Optimizer
 
 T = TypeVar("T")
 

@@ -26,10 +26,10 @@ from human.simulate import (
     simulate_planar,
 )
 from prediction import Demonstrations, demonstrations_from_motion, demonstrations_from_samples, join
-from prediction.law_search import Criterion, SearchOptions, criterion_engine, search_law
-from prediction.marginal_likelihood import FastEngine
-from prediction.weight_interval import PARTS, Profile, weight_interval
-from prediction.weight_search import NullSpaceTargets
+from prediction.search.law_search import Criterion, SearchOptions, criterion_engine, search_law
+from prediction.search.marginal_likelihood import FastEngine
+from prediction.search.weight_interval import PARTS, Profile, weight_interval
+from prediction.search.weight_search import NullSpaceTargets
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from prediction import Demonstrations, Familiarity
-from prediction.familiarity import widening
-from prediction.posture_band import PostureBand, fit_band
+from prediction.following.familiarity import widening
+from prediction.following.posture_band import PostureBand, fit_band
 
 
 def wandering(rng, centre=0.0):

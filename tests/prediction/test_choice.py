@@ -5,7 +5,7 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import TrainingOptions, train_operator
-from prediction.choice import AS_GOOD, choose_method
+from prediction.training.choice import AS_GOOD, choose_method
 
 
 def figures(error, density):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from prediction.compression import compressed_posterior, exact_posterior, pivoted_centres
-from prediction.kernels import InputScaling, squared_exponential
+from prediction.laws.compression import compressed_posterior, exact_posterior, pivoted_centres
+from prediction.laws.kernels import InputScaling, squared_exponential
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from planar import planar_demonstrations
 
 from prediction import CovIk, MiNsGp, TrainingOptions
-from prediction.train import fit_anew
+from prediction.training.train import fit_anew
 
 OPTIONS = TrainingOptions(optimizer="gradient", criterion="held-out", weights="diagonal")
 

@@ -14,9 +14,9 @@ from prediction import (
     load_model,
     save_model,
 )
-from prediction.familiarity import widening
-from prediction.generic import posture_at_ease
-from prediction.generic_prior import generic_prior, prior_table
+from prediction.following.familiarity import widening
+from prediction.training.generic import posture_at_ease
+from prediction.training.generic_prior import generic_prior, prior_table
 
 MODEL = generate_model(Subject(1.8, 80.0))
 #: Mirror image about the plane through the middle of the body, y = 0.

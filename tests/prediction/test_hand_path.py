@@ -3,7 +3,7 @@ import pytest
 
 from human.rotations import rotation_vector_to_matrix
 from prediction import DiscontinuousTrajectoryError, HandPath, TrajectoryError
-from prediction.hand_path import orientation_error
+from prediction.following.hand_path import orientation_error
 
 
 def circle(points=30):

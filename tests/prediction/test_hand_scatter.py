@@ -3,7 +3,7 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import CovIk, DemonstrationError, TrainingOptions, learned_sigma_x, train_operator
-from prediction.evaluate import score_method
+from prediction.comparison.evaluate import score_method
 from prediction.model_file import model_bytes, model_from_bytes
 
 

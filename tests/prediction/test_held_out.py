@@ -5,7 +5,7 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import CovIk, Familiarity, Follower, JointLimits, JointReduction, PostureBand
-from prediction.held_out import (
+from prediction.training.held_out import (
     Stretches,
     calibrate,
     recorded_paths,

@@ -6,7 +6,7 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import JointReduction, TrainingOptions, joint_costs, train_operator
-from prediction.null_space import weighted_solution
+from prediction.laws.null_space import weighted_solution
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 from planar import planar_demonstrations
 
 from prediction import DemonstrationError, UnsupportedMethodError
-from prediction.law_search import IN_SAMPLE_WARNING, SearchOptions, search_law
+from prediction.search.law_search import IN_SAMPLE_WARNING, SearchOptions, search_law
 
 
 @pytest.fixture(scope="module")

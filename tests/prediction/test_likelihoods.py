@@ -6,13 +6,13 @@ import pytest
 import torch
 from scipy.stats import multivariate_normal, norm
 
-from prediction.gpytorch_engine import GpytorchEngine
-from prediction.held_out_likelihood import HeldOutEngine
-from prediction.in_sample import InSampleEngine
-from prediction.kernels import InputScaling, squared_exponential
-from prediction.marginal_likelihood import FastEngine, optimise_kernel, theta_bounds
-from prediction.null_space import NullSpaceBasis
-from prediction.weight_search import NullSpaceTargets
+from prediction.laws.kernels import InputScaling, squared_exponential
+from prediction.laws.null_space import NullSpaceBasis
+from prediction.search.gpytorch_engine import GpytorchEngine
+from prediction.search.held_out_likelihood import HeldOutEngine
+from prediction.search.in_sample import InSampleEngine
+from prediction.search.marginal_likelihood import FastEngine, optimise_kernel, theta_bounds
+from prediction.search.weight_search import NullSpaceTargets
 
 
 @pytest.fixture(scope="module", params=["separate", "paper"])

@@ -8,8 +8,8 @@ from planar import planar_demonstrations
 from scipy.stats import multivariate_t
 
 from prediction import CovIk, LoCovIk
-from prediction.null_space import weighted_solution
-from prediction.student_t import scatter, student_t_log_density
+from prediction.laws.null_space import weighted_solution
+from prediction.laws.student_t import scatter, student_t_log_density
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_t_density_and_scatter_are_those_of_samples(rng):
 
 def test_held_out_score_does_not_see_the_block_it_scores(demonstrations, fitted):
     """One outlying velocity in a block must not teach the local covariance of that block."""
-    from prediction.locov_ik import _HeldOut
+    from prediction.laws.locov_ik import _HeldOut
 
     search = _HeldOut(demonstrations)
     block = demonstrations.blocks(4)[1]

@@ -20,8 +20,8 @@ from prediction import (
     score_method,
     train_operator,
 )
-from prediction.memory import elapsed_in
-from prediction.null_space import weighted_pseudo_inverse
+from prediction.laws.memory import elapsed_in
+from prediction.laws.null_space import weighted_pseudo_inverse
 
 DT, TAU = 0.02, 0.2
 SIGMA_X = np.diag([0.002**2, 0.003**2])

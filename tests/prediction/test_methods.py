@@ -20,7 +20,7 @@ from prediction import (
     WIk,
     demonstrations_from_samples,
 )
-from prediction.null_space import weighted_solution
+from prediction.laws.null_space import weighted_solution
 
 SIGMA_X = np.diag([0.002**2, 0.003**2])
 

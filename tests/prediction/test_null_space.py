@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from prediction.null_space import (
+from prediction.laws.null_space import (
     NullSpaceBasis,
     row_space,
     weighted_pseudo_inverse,
     weighted_solution,
 )
-from prediction.small_systems import Cholesky, solve_spd
+from prediction.laws.small_systems import Cholesky, solve_spd
 
 
 def smooth_jacobians(rng, count=40, task=3, joints=7):

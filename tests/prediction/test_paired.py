@@ -5,9 +5,9 @@ import pytest
 from planar import PlanarChain, planar_demonstrations
 
 from prediction import DemonstrationError, TrainingOptions
+from prediction.comparison.paired import compare_on_splits, paired_table
+from prediction.comparison.splits import splits_of
 from prediction.errors import PredictionError
-from prediction.paired import compare_on_splits, paired_table
-from prediction.splits import splits_of
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from prediction.random_course import RandomCourse
+from prediction.following.random_course import RandomCourse
 
 PLACES = np.array([0.0, 0.01, 0.1, 0.33, 1.0, 1.02, 2.5])
 

@@ -20,7 +20,7 @@ from prediction import (
     model_from_bytes,
     train_operator,
 )
-from prediction.recall import Recall
+from prediction.search.recall import Recall
 
 CHAIN = PlanarChain()
 BIPOP = TrainingOptions(
@@ -47,7 +47,7 @@ class StopsAt:
 
 @pytest.mark.parametrize("steps", [0, 5, 40])
 def test_a_resumed_training_gives_the_same_bytes(demonstrations, steps, monkeypatch):
-    monkeypatch.setattr("prediction.recall._PERIOD_S", 0.0)
+    monkeypatch.setattr("prediction.search.recall._PERIOD_S", 0.0)
     few = demonstrations.take(slice(0, 80))
     whole = model_bytes(train_operator(CHAIN, few, seed=4, options=BIPOP))
     kept: dict[str, bytes] = {}
@@ -68,7 +68,7 @@ def test_what_is_done_is_not_done_again(demonstrations, monkeypatch):
     def fail(*_: object, **__: object) -> None:
         raise AssertionError("fitted again")
 
-    monkeypatch.setattr("prediction.train.fit_predictor", fail)
+    monkeypatch.setattr("prediction.training.train.fit_predictor", fail)
     again = train_operator(CHAIN, few, seed=4, options=GRADIENT, kept=kept)
     assert model_bytes(again) == model_bytes(whole)
     for other in ({"seed": 5}, {"options": replace(GRADIENT, blocks=2)}):
@@ -84,7 +84,7 @@ def test_what_is_done_is_not_done_again(demonstrations, monkeypatch):
 
 
 def test_recalled_answers_are_those_given(monkeypatch):
-    monkeypatch.setattr("prediction.recall._PERIOD_S", 0.0)
+    monkeypatch.setattr("prediction.search.recall._PERIOD_S", 0.0)
     rng = np.random.default_rng(0)
     answers = [rng.normal(size=size) for size in (3, 1, 7)]
     kept: dict[str, bytes] = {}

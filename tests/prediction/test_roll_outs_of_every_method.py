@@ -18,7 +18,7 @@ from prediction import (
     Rollout,
     UnsupportedMethodError,
 )
-from prediction.precision import in_single_precision
+from prediction.following.precision import in_single_precision
 
 Q0 = np.deg2rad([80.0, -30.0, -20.0, -50.0, -30.0])
 

@@ -5,14 +5,14 @@ import pytest
 
 from human import Chain, Subject, generate_model
 from prediction.chain import JointReduction
-from prediction.cov_ik import CovIk
 from prediction.demonstrations import demonstrations_from_samples
 from prediction.errors import StartMismatchError, UnreachableTrajectoryError
-from prediction.familiarity import Familiarity
-from prediction.hand_path import HandPath
-from prediction.joint_limits import JointLimits
-from prediction.posture_band import PostureBand
-from prediction.rollout import Follower, HandNoise, Rollout
+from prediction.following.familiarity import Familiarity
+from prediction.following.hand_path import HandPath
+from prediction.following.joint_limits import JointLimits
+from prediction.following.posture_band import PostureBand
+from prediction.following.rollout import Follower, HandNoise, Rollout
+from prediction.laws.cov_ik import CovIk
 
 
 @pytest.fixture(scope="module")

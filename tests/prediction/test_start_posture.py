@@ -16,7 +16,7 @@ from prediction import (
     PostureBand,
     TrajectoryError,
 )
-from prediction.start_posture import LikelyStart
+from prediction.following.start_posture import LikelyStart
 
 ARM = PlanarChain()
 

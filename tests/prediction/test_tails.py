@@ -9,7 +9,7 @@ from planar import planar_demonstrations
 from scipy.stats import multivariate_t
 
 from prediction import CovIk, MiNsGp
-from prediction.student_t import most_likely_tails
+from prediction.laws.student_t import most_likely_tails
 
 
 @pytest.mark.parametrize("degrees", [3.0, 6.0])

@@ -4,16 +4,16 @@ from planar import planar_demonstrations
 from scipy.optimize import minimize
 
 from prediction import MiNsGp
-from prediction.law_search import SearchOptions, criterion_engine, search_law
-from prediction.marginal_likelihood import optimise_kernel
-from prediction.weight_interval import (
+from prediction.search.law_search import SearchOptions, criterion_engine, search_law
+from prediction.search.marginal_likelihood import optimise_kernel
+from prediction.search.weight_interval import (
     Profile,
     WeightInterval,
     _curvature,
     _Directions,
     _end,
 )
-from prediction.weight_search import LOG_WEIGHT_BOUND, NullSpaceTargets, mean_zero_axes
+from prediction.search.weight_search import LOG_WEIGHT_BOUND, NullSpaceTargets, mean_zero_axes
 
 
 @pytest.fixture(scope="module", params=["marginal", "held-out"])

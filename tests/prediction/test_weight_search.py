@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from prediction import TrainingCancelledError
-from prediction.kernels import InputScaling
-from prediction.marginal_likelihood import FastEngine
-from prediction.null_space import NullSpaceBasis, weighted_solution
-from prediction.weight_search import (
+from prediction.laws.kernels import InputScaling
+from prediction.laws.null_space import NullSpaceBasis, weighted_solution
+from prediction.search.marginal_likelihood import FastEngine
+from prediction.search.weight_search import (
     NullSpaceTargets,
     mean_zero_axes,
     search_bipop,
@@ -135,7 +135,7 @@ def test_search_tells_its_progress_and_stops_when_asked(problem):
 def test_a_search_says_nothing_of_plots_nobody_asked_for() -> None:
     code = (
         "import sys, warnings; sys.modules['matplotlib'] = None; warnings.simplefilter('error');"
-        "from prediction.weight_search import optimiser; optimiser()"
+        "from prediction.search.weight_search import optimiser; optimiser()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

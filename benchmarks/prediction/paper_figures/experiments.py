@@ -35,7 +35,7 @@ from prediction import (
     find_reduction,
     join,
 )
-from prediction.evaluate import hand_velocity_noise
+from prediction.comparison.evaluate import hand_velocity_noise
 
 Array = NDArray[np.float64]
 Design = Literal["EXP1", "EXP2"]

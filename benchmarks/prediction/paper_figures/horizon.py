@@ -17,7 +17,7 @@ from benchmarks.prediction.paper_figures.experiments import (
 )
 from prediction import Follower, Stretches, run_held_out
 from prediction.chain import ReducedChain
-from prediction.hand_path import orientation_error
+from prediction.following.hand_path import orientation_error
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-import prediction.train
+import prediction.training.train
 from app.cli import train as train_command
 from app.cli.output import progress_bar
 from prediction import load_model
@@ -46,7 +46,7 @@ class Fits:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, stop_at: int) -> None:
         self.made: list[str] = []
-        fit = prediction.train.fit_predictor
+        fit = prediction.training.train.fit_predictor
 
         def counted(name: str, *args: Any, **options: Any) -> Any:
             if len(self.made) + 1 == stop_at:
@@ -55,7 +55,7 @@ class Fits:
             self.made.append(name)
             return fit(name, *args, **options)
 
-        monkeypatch.setattr(prediction.train, "fit_predictor", counted)
+        monkeypatch.setattr(prediction.training.train, "fit_predictor", counted)
 
 
 def test_a_broken_off_training_goes_on_and_gives_the_same_bytes(

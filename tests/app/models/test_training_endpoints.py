@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-import prediction.train
+import prediction.training.train
 from app.main import create_app
 from app.settings import Settings
 from tests.app.conftest import BASE_URL, upload
@@ -60,7 +60,7 @@ class Gate:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, stop_at: int) -> None:
         self.fits: list[str] = []
         self.reached, self.opened = threading.Event(), threading.Event()
-        fit = prediction.train.fit_predictor
+        fit = prediction.training.train.fit_predictor
 
         def counted(name: str, *args: Any, **options: Any) -> Any:
             self.fits.append(name)
@@ -69,7 +69,7 @@ class Gate:
                 assert self.opened.wait(30.0)
             return fit(name, *args, **options)
 
-        monkeypatch.setattr(prediction.train, "fit_predictor", counted)
+        monkeypatch.setattr(prediction.training.train, "fit_predictor", counted)
 
 
 @pytest.fixture

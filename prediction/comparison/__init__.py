@@ -1,0 +1,1 @@
+"""Methods on motion they were not fitted on, side by side."""

@@ -1,0 +1,1 @@
+"""Roll-outs: postures along a path that the hand is led."""

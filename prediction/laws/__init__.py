@@ -1,0 +1,1 @@
+"""The methods: each a law of the joint velocity, given posture and hand velocity."""
