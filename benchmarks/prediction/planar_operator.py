@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from human.simulate import PlanarArm, PlanarDemonstrations, simulate_planar
 from prediction import METHODS, Demonstrations, MiNsGp, Predictor, demonstrations_from_samples
 from prediction.laws.predictor import gaussian_log_density
-from prediction.training.held_out import NINETY
+from prediction.laws.student_t import NINETY
 
 Array = NDArray[np.float64]
 
@@ -116,7 +116,13 @@ def split(
 
 
 def _scores(
-    test: Demonstrations, xdot: Array, mean: Array, covariance: Array, nats: Array, hand: Array
+    test: Demonstrations,
+    xdot: Array,
+    mean: Array,
+    covariance: Array,
+    nats: Array,
+    hand: Array,
+    ninety: float = NINETY,
 ) -> Scores:
     error = np.abs(mean - test.qdot)
     deviation = np.sqrt(np.einsum("tii->ti", covariance))
@@ -127,7 +133,7 @@ def _scores(
         hand_nats=float(hand.mean()),
         hand_rmse=float(np.sqrt((missed**2).mean())),
         hand_worst=float(np.abs(missed).max()),
-        coverage=float((error <= NINETY * deviation).mean()),
+        coverage=float((error <= ninety * deviation).mean()),
     )
 
 
@@ -136,7 +142,15 @@ def score(predictor: Predictor, test: Demonstrations, xdot: Array) -> Scores:
     noise = SIGMA_X**2 * np.eye(2)
     density = predictor.log_prob(test.q, xdot, test.qdot, test.jacobian, noise)
     law = predictor.predict(test.q, xdot, test.jacobian)
-    return _scores(test, xdot, law.mean, law.covariance(noise), density.total, density.task)
+    return _scores(
+        test,
+        xdot,
+        law.mean,
+        law.covariance(noise),
+        density.total,
+        density.task,
+        predictor.ninety,
+    )
 
 
 def score_truth(raw: PlanarDemonstrations, test: Demonstrations, xdot: Array) -> Scores:

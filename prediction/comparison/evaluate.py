@@ -14,7 +14,6 @@ from prediction.errors import DemonstrationError
 from prediction.laws.predictor import Predictor, Previous, Progress, ShouldStop
 from prediction.operator_model import OperatorModel
 from prediction.training.held_out import (
-    NINETY,
     HeldOutRun,
     Stretches,
     run_held_out,
@@ -139,7 +138,7 @@ def _one_step(
         "null_log_likelihood": float(density.null_space.mean()),
         "rmse_rad_s": float(np.sqrt((error**2).mean())),
         "hand_error_m_s": float(np.abs(np.einsum("tmn,tn->tm", J, prediction.mean) - xdot).max()),
-        "coverage90_one_step": float((np.abs(error) <= NINETY * deviation).mean()),
+        "coverage90_one_step": float((np.abs(error) <= predictor.ninety * deviation).mean()),
     }
 
 

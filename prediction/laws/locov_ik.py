@@ -13,7 +13,7 @@ from prediction.laws.cov_ik import SHRINKAGE, shrunk_moment
 from prediction.laws.null_space import NullSpaceBasis, NullSpaceFrame, weighted_pseudo_inverse
 from prediction.laws.predictor import Predictor, Progress, ShouldStop, check_stop
 from prediction.laws.small_systems import solve_spd
-from prediction.laws.student_t import scatter, student_t_log_density
+from prediction.laws.student_t import ninety, scatter, student_t_log_density
 
 Array = NDArray[np.float64]
 
@@ -124,6 +124,11 @@ class LoCovIk(Predictor):
             scale=1.0,
             reference=NullSpaceBasis.around(kept.jacobian),
         )
+
+    @property
+    def ninety(self) -> float:
+        """That of the t that the hand leaves."""
+        return ninety(self.degrees + len(self.reference.rows))
 
     @property
     def basis(self) -> NullSpaceBasis:

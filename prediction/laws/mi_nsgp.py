@@ -12,7 +12,7 @@ from prediction.laws.kernels import KernelKind
 from prediction.laws.null_space import NullSpaceBasis, NullSpaceFrame
 from prediction.laws.predictor import Predictor, Progress, ShouldStop, gaussian_log_density
 from prediction.laws.process import Process
-from prediction.laws.student_t import student_t_log_density
+from prediction.laws.student_t import ninety, student_t_log_density
 from prediction.search.law_search import (
     Criterion,
     EngineName,
@@ -145,6 +145,11 @@ class MiNsGp(Predictor):
     def notes(self) -> tuple[str, ...]:
         """What a user should know of how W was found."""
         return self.law.notes
+
+    @property
+    def ninety(self) -> float:
+        """A t's, if it has tails."""
+        return ninety(self.degrees)
 
     @property
     def basis(self) -> NullSpaceBasis:

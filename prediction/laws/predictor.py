@@ -21,6 +21,7 @@ from prediction.laws.null_space import (
     weighted_pseudo_inverse,
     weighted_solution,
 )
+from prediction.laws.student_t import NINETY
 
 Array = NDArray[np.float64]
 
@@ -124,6 +125,11 @@ class Predictor(ABC):
     def notes(self) -> tuple[str, ...]:
         """What a user should know of how it was fitted; most methods have nothing to say."""
         return ()
+
+    @property
+    def ninety(self) -> float:
+        """Half the width of a joint's 90 % interval one step ahead, in standard deviations."""
+        return NINETY
 
     @property
     @abstractmethod

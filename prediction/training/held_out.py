@@ -16,12 +16,10 @@ from prediction.following.propagation import Noise, Propagation, propagate
 from prediction.following.rollout import Follower
 from prediction.laws.memory import NullSpaceMemory
 from prediction.laws.predictor import Predictor, ShouldStop, check_stop
-from prediction.laws.student_t import DEGREES, most_likely_tails
+from prediction.laws.student_t import DEGREES, NINETY, most_likely_tails
 
 Array = NDArray[np.float64]
 
-#: Half the width of a central 90 % interval, in standard deviations.
-NINETY = 1.6448536269514722
 #: Longest horizon of a held-out roll-out, s, and fastest rate it is stepped at, 1/s.
 HORIZON_S = 2.0
 RATE_HZ = 30.0
@@ -281,8 +279,8 @@ def calibrate(
     )
     standard = np.concatenate(inside)
     one_step = (
-        float((standard <= NINETY).mean()),
-        float((standard <= NINETY * np.sqrt(factor)).mean()),
+        float((standard <= predictor.ninety).mean()),
+        float((standard <= predictor.with_tails(degrees).ninety * np.sqrt(factor)).mean()),
     )
     nats = np.concatenate(
         [_null_density(f.rescaled(factor).with_tails(degrees), held) for f, held in parts]

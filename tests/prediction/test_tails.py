@@ -5,10 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planar import planar_demonstrations
+from planar import PlanarChain, planar_demonstrations
 from scipy.stats import multivariate_t
 
-from prediction import CovIk, MiNsGp
+from prediction import (
+    CovIk,
+    LoCovIk,
+    MiNsGp,
+    TrainingOptions,
+    demonstrations_from_samples,
+    score_method,
+    train_operator,
+)
 from prediction.laws.student_t import most_likely_tails
 
 
@@ -70,3 +78,37 @@ def test_tails_are_kept_with_the_model(law):
 def test_methods_that_fit_no_tails_stay_as_they_are(law):
     plain = CovIk.fit(law[1], np.random.default_rng(0))
     assert plain.with_tails(3.0) is plain and not plain.fits_tails
+
+
+@pytest.mark.parametrize("name", ["mi-nsgp", "locov-ik", "cov-ik"])
+def test_the_one_step_interval_is_that_of_the_law(law, name, rng):
+    """Of joint velocities drawn from a method's own law, tails and all, 90 % are inside."""
+    fitted, some = law
+    heavy = fitted.with_tails(3.0)
+    if name != "mi-nsgp":
+        heavy = {"locov-ik": LoCovIk, "cov-ik": CovIk}[name].fit(some, rng)
+    degrees = {"mi-nsgp": 3.0, "cov-ik": np.inf}.get(name)
+    if name == "locov-ik":
+        heavy = replace(heavy, degrees=2.0)
+        degrees = 4.0  # two rows of the hand are known
+    options = TrainingOptions(method="cov-ik", tasks=("position",), blocks=2)
+    model = train_operator(PlanarChain(), some, seed=0, options=options)
+    only = replace(model.fitted(task="position"), predictor=heavy, memory=None)
+    model = replace(model, methods={(name, "position"): only}, method=name)
+
+    again = np.tile(np.arange(len(some)), 60)
+    q, xdot, J = some.q[again], some.xdot[again], some.jacobian[again]
+    wide = np.ones(len(again))
+    if np.isfinite(degrees):
+        wide = np.sqrt((degrees - 2.0) / rng.chisquare(degrees, len(again)))
+    told = heavy.predict(q, xdot, J)
+    kick = (told.null_factor @ rng.standard_normal((len(again), 3, 1)))[..., 0]
+    drawn = demonstrations_from_samples(
+        PlanarChain(),
+        q,
+        told.mean + wide[:, None] * kick,
+        np.zeros(len(again)),
+        np.arange(len(again)),
+    )
+    score = score_method(model, name, drawn, rng, task="position", chain=PlanarChain())
+    assert score.coverage90_one_step == pytest.approx(0.9, abs=0.012)
