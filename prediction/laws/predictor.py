@@ -218,6 +218,9 @@ class Predictor(ABC):
         weights = self.weights_at(q)
         mean = weighted_solution(weights, jacobian, xdot)
         mean = mean + frame.compose(self._mean(q, xdot, frame, weights, previous))
+        # Near a singularity both parts are large and their rounding is too: one refinement.
+        missed = xdot - np.einsum("...mn,...n->...m", jacobian, mean)
+        mean = mean + weighted_solution(weights, jacobian, missed)
         return Prediction(
             mean=mean,
             task_gain=weighted_pseudo_inverse(weights, jacobian),
