@@ -34,6 +34,7 @@ from prediction import (
     run_held_out,
 )
 from prediction.following.posture_band import LENGTHS
+from prediction.laws.student_t import NINETY
 from prediction.training.generic_prior import GROUPS, joint_group, prior_table
 from prediction.training.held_out import HeldOutRun
 
@@ -41,7 +42,6 @@ Array = NDArray[np.float64]
 Table = dict[str, Any]
 
 RATE_HZ, SAMPLES, STRETCHES = 30.0, 24, 12
-NINETY = 1.6448536269514722
 METHODS = ("w-ik", "minimum-norm")
 TASKS = ("pose", "position")
 #: A joint slower than this over a whole recording was not measured in it, deg/s.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prediction.laws.small_systems import solve_spd
+from prediction.laws.student_t import NINETY
 
 Array = NDArray[np.float64]
 
@@ -110,6 +111,6 @@ def fit_band(
     covariance = (1 - _DIAGONAL_SHARE) * covariance + np.diag(
         _DIAGONAL_SHARE * diagonal + 1e-9 * diagonal.mean()
     )
-    ratio = float(np.quantile(np.abs(scaled) / np.sqrt(diagonal), 0.9)) / 1.6448536269514722
+    ratio = float(np.quantile(np.abs(scaled) / np.sqrt(diagonal), 0.9)) / NINETY
     factor = np.asarray(np.linalg.cholesky(covariance) * ratio, dtype=np.float64)
     return PostureBand(factor, length, rate_moment, clock)

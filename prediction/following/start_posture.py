@@ -12,6 +12,7 @@ from prediction.following.familiarity import widening
 from prediction.following.hand_path import HandPath
 from prediction.following.tip_targets import with_turn
 from prediction.laws.null_space import weighted_pseudo_inverse
+from prediction.laws.student_t import NINETY
 
 if TYPE_CHECKING:
     from prediction.following.rollout import Follower
@@ -23,8 +24,6 @@ NEAR_M = 0.08
 NEAR_RAD = 0.4
 #: Contiguous parts of the demonstrations that are guessed from the others, and guesses a part.
 _PARTS, _GUESSES = 4, 10
-#: Half the width of a central 90 % interval, standard deviations.
-_NINETY = 1.6448536269514722
 #: A weighted spread of few postures is divided by at least this.
 _LEAST_FREEDOM = 0.1
 
@@ -87,7 +86,7 @@ class LikelyStart:
                 spread = np.concatenate([free @ root, free @ wander], axis=1)
                 deviation = np.sqrt((spread**2).sum(axis=1))
                 ratios.append(np.abs(learned[one] - central) / np.maximum(deviation, 1e-9))
-        factor = float(np.quantile(np.concatenate(ratios), 0.9)) / _NINETY if ratios else 1.0
+        factor = float(np.quantile(np.concatenate(ratios), 0.9)) / NINETY if ratios else 1.0
         return cls(follower, shown, position, rotation, gain, float(np.clip(factor, 0.2, 3.0)))
 
     def draw(self, path: HandPath, samples: int, rng: np.random.Generator) -> tuple[Array, Array]:

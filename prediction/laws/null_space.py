@@ -185,14 +185,6 @@ class NullSpaceFrame:
         reduced = self.overlap.shifted().unwhiten(rows @ self.basis.null)
         return self.basis.null - np.swapaxes(rows + self.basis.rows, -1, -2) @ reduced
 
-    def alignment(self) -> Array:
-        """Returns the least cosine between this null space and the reference, ``(...)``.
-
-        Near 0 the two are orthogonal in some direction and the basis may turn quickly.
-        """
-        values = np.linalg.svd(self.overlap.upper(), compute_uv=False)
-        return np.asarray(values[..., -1], dtype=np.float64)
-
     def _onto_rows(self, velocity: Array) -> Array:
         """Returns ``R v``, ``(..., m, 1)``, without working out R."""
         white = self.root.whiten(self.jacobian @ velocity[..., None])

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from prediction.laws.student_t import NINETY
 from prediction.search.weight_search import LOG_WEIGHT_BOUND, NullSpaceTargets, mean_zero_axes
 
 Array = NDArray[np.float64]
@@ -31,8 +32,6 @@ Array = NDArray[np.float64]
 #: Parts that are set against one another: a third of a session is about as unlike the others as
 #: another session; with more, coverage of known weights falls (.89, .83, .76 for 3, 4, 6).
 PARTS = 3
-#: Half width of a 90 % interval of a normal law, deviations.
-NINETY = 1.6448536269514722
 #: Step of the finite differences of the slope.
 _STEP = 1e-4
 #: Share of the bound from which on a weight counts as having run into it.

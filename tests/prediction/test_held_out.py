@@ -32,6 +32,19 @@ def walk():
     )
 
 
+def follower_of(chain, demonstrations, limits):
+    moment = demonstrations.qdot.T @ demonstrations.qdot / 1000
+    return Follower(
+        CovIk.fit(demonstrations, np.random.default_rng(0)),
+        chain,
+        JointReduction.identity(chain.dof_names),
+        limits,
+        PostureBand(0.1 * np.eye(5), 1.0, moment),
+        Familiarity.of(demonstrations),
+        "position",
+    )
+
+
 def test_stretches_have_the_horizon_and_stay_within_takes(walk):
     _, demonstrations = walk
     index = Stretches.of(demonstrations, 2.0, overlap=0.5).index
@@ -68,17 +81,7 @@ def test_recorded_paths_are_where_the_hand_was(walk):
 
 def test_held_out_error_is_against_what_was_recorded(walk):
     chain, demonstrations = walk
-    limits = JointLimits(np.eye(5), chain.lower, chain.upper)
-    moment = demonstrations.qdot.T @ demonstrations.qdot / 1000
-    follower = Follower(
-        CovIk.fit(demonstrations, np.random.default_rng(0)),
-        chain,
-        JointReduction.identity(chain.dof_names),
-        limits,
-        PostureBand(0.1 * np.eye(5), 1.0, moment),
-        Familiarity.of(demonstrations),
-        "position",
-    )
+    follower = follower_of(chain, demonstrations, JointLimits(np.eye(5), chain.lower, chain.upper))
     stretches = Stretches.of(demonstrations, 1.0, at_most=4)
     held = run_held_out(follower, demonstrations, stretches, 3, np.random.default_rng(0))
     np.testing.assert_allclose(held.error[:, 0], 0.0, atol=1e-12)
@@ -102,16 +105,7 @@ def test_held_out_truth_moves_no_limit(walk):
     chain, demonstrations = walk
     limits = JointLimits(np.eye(5), demonstrations.q.min(axis=0), demonstrations.q.max(axis=0))
     limits = replace(limits, upper=limits.upper - np.array([0, 0, 0, 0, 0.2]))
-    moment = demonstrations.qdot.T @ demonstrations.qdot / 1000
-    follower = Follower(
-        CovIk.fit(demonstrations, np.random.default_rng(0)),
-        chain,
-        JointReduction.identity(chain.dof_names),
-        limits,
-        PostureBand(0.1 * np.eye(5), 1.0, moment),
-        Familiarity.of(demonstrations),
-        "position",
-    )
+    follower = follower_of(chain, demonstrations, limits)
     pieces = Stretches.of(demonstrations, 1.0, at_most=12).index
     truth = demonstrations.q[pieces][..., 4]
     leaves = pieces[(truth[:, 0] <= limits.upper[4]) & (truth.max(axis=1) > limits.upper[4])]
@@ -136,9 +130,10 @@ def test_calibrated_bands_hold_what_they_say(walk):
     )
     stretches = Stretches.of(test, overlap=0.75)
     held = run_held_out(follower, test, stretches, 60, np.random.default_rng(1))
-    low, high = np.quantile(held.run.q[:, 1:], [0.05, 0.95], axis=1)
+    low, high = sampled_interval(held.run.q[:, 1:], axis=1)
     inside = (held.truth >= low) & (held.truth <= high)
-    assert 0.6 < inside[:, 1:].mean() <= 1.0
+    print("IN", inside[:, 1:].mean())
+    assert 0.8 < inside[:, 1:].mean() < 0.99
 
 
 def test_demonstrations_too_short_to_roll_out_still_give_a_band(walk):

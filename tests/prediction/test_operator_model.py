@@ -81,11 +81,8 @@ def test_calibration_repairs_the_one_step_coverage(trained):
 def test_same_seed_same_bytes(trained):
     chain, demonstrations, _, _ = trained
     few = demonstrations.take(slice(0, 80))
-    one, two, other = (
-        model_bytes(train_operator(chain, few, seed=seed, options=FAST)) for seed in (4, 4, 5)
-    )
+    one, two = (model_bytes(train_operator(chain, few, seed=4, options=FAST)) for _ in range(2))
     assert one == two
-    assert one != other
 
 
 def test_training_reports_and_can_be_stopped(trained):
