@@ -5,9 +5,9 @@ Run ``python -m benchmarks.prediction.simulated [--full] [--seeds 21 ...]``.
 EXP1, the same motion: people are led by the hand along four ways, four times each; one time of each
 way is held out, at its turn (interleaved) or the last (later). EXP2, other motion: trained on led
 takes, tested on free reaching. Each person is one split of each. All methods are paired split by
-split with Cov-IK; "the law itself" is what the simulator does, so nothing that sees posture and
-hand alone can do better on average. Rows marked "+ step before" are told the joint velocity of the
-step before.
+split with Cov-IK; "the law itself" is what the simulator does, without the course of the noise.
+What the posture tells of noise that lasts may make a method a little better one step ahead. Rows
+marked "+ step before" are told the joint velocity of the step before.
 """
 
 import argparse

@@ -97,8 +97,8 @@ class TrueLaw(MomentFit, JointGaussian):
     """The law a simulated person follows, without the course of their noise.
 
     ``qdot = J_W^+ xdot + (I - J_W^+ J) (z + e)`` with ``e ~ N(0, noise^2 W)`` is
-    ``N(z, noise^2 W)`` conditioned on the hand: no method that sees posture and hand alone can do
-    better, on average.
+    ``N(z, noise^2 W)`` conditioned on the hand. That is no floor: e lasts, so where the posture
+    strays from the usual one tells a little of it.
 
     Attributes:
         mobility: W, ``(n, n)``.
