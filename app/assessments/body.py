@@ -26,7 +26,7 @@ class Standing:
     Attributes:
         q: ``(nq,)`` configuration.
         footing: What stays in place.
-        hands: ``T_world_hand`` of the led hand, or of both.
+        hands: ``T_world_hand`` of the led hand, or of both; None if the start is not known.
         frames: ``T_world_frame`` by frame id, ``world`` among them.
         grasps: ``T_tool_hand`` of each, or None: from the start.
         taken: What was taken for granted, for every candidate.
@@ -34,7 +34,7 @@ class Standing:
 
     q: Array
     footing: Footing
-    hands: tuple[Pose, ...]
+    hands: tuple[Pose, ...] | None
     frames: dict[str, Pose]
     grasps: tuple[Pose, ...] | None
     taken: tuple["Taken", ...]
@@ -80,7 +80,11 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
     _check_upright(pelvis)
     q[:3], q[3:7] = pelvis.position, matrix_to_quaternion(pelvis.rotation)
     poses = forward_kinematics(model, q)
-    hands = tuple(Pose(*frame_poses(model, poses, tip)) for tip in operator.tips)
+    hands = None
+    if request.start.joint_position is None:
+        _check_guessable(request, operator)
+    else:
+        hands = tuple(Pose(*frame_poses(model, poses, tip)) for tip in operator.tips)
     frames = {name: pose.pose() for name, pose in request.frames.items()}
     if "world" in frames:
         raise InvalidRequest(
@@ -88,8 +92,10 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
             [Fault("/frames/world", "another name", "world", "the world is where it is")],
         )
     grasps = None if request.grasp is None else request.grasp.poses()
-    if grasps is not None and len(grasps) != len(hands):
-        wanted = "T_tool_hand" if len(hands) == 1 else "T_tool_right_hand and T_tool_left_hand"
+    if grasps is not None and len(grasps) != len(operator.tips):
+        wanted = (
+            "T_tool_hand" if len(operator.tips) == 1 else "T_tool_right_hand and T_tool_left_hand"
+        )
         raise InvalidRequest(
             "The grasp is not one of the led hands.",
             [Fault("/grasp", wanted, f"{len(grasps)} poses", f"hand is {request.hand!r}")],
@@ -102,6 +108,36 @@ def stand(request: AssessmentRequest, operator: Operator) -> Standing:
         grasps,
         tuple(_assumptions(request, operator, missing)),
     )
+
+
+def _check_guessable(request: AssessmentRequest, operator: Operator) -> None:
+    """Refuses a start that is not known where nothing tells what it may be.
+
+    Raises:
+        InvalidRequest: The grasp is to be taken from the start, or the model cannot guess it.
+    """
+    if request.grasp is None:
+        raise InvalidRequest(
+            "Neither the start posture nor the grasp is known.",
+            [
+                Fault(
+                    "/grasp",
+                    "T_tool_hand",
+                    "from_start",
+                    "with start.joint_position null there is no start to take the grasp from",
+                )
+            ],
+        )
+    if operator.base == "feet" or operator.content.samples is None:
+        why = (
+            "feet that stand somewhere have to be given"
+            if operator.base == "feet"
+            else "this model holds no demonstrations to guess it from"
+        )
+        raise InvalidRequest(
+            "The start posture cannot be guessed.",
+            [Fault("/start/joint_position", "angles by joint name", "null", why)],
+        )
 
 
 def _tilt_deg(pelvis: Pose) -> float:
@@ -129,7 +165,7 @@ def _check_upright(pelvis: Pose) -> None:
 def _start_configuration(request: AssessmentRequest, model: HumanModel) -> tuple[Array, list[str]]:
     q = model.neutral()
     angles = q[7:]
-    given = request.start.joint_position
+    given = request.start.joint_position or {}
     for name, value in _HANGING_RAD.items():
         angles[model.dof_names.index(name)] = value
     faults = []
@@ -211,7 +247,21 @@ def _assumptions(request: AssessmentRequest, operator: Operator, missing: list[s
                 _LED_PARTS | {"legs"},
             )
         )
-    if missing:
+    if request.start.joint_position is None:
+        found.append(
+            Taken(
+                Assumption(
+                    what="start posture",
+                    value="not given: between pelvis and hand it is drawn from what was "
+                    "demonstrated with the hand nearby, so bands are wider; the other joints stand "
+                    "as in upright standing",
+                    range="free",
+                    effect="the whole posture",
+                ),
+                _LED_PARTS | _OTHER_PARTS,
+            )
+        )
+    elif missing:
         led = [name for name in missing if name in predicted]
         found.append(
             Taken(

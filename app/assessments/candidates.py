@@ -231,7 +231,7 @@ def hand_path(
     path: ToolPath,
     frames: dict[str, Pose],
     grasps: tuple[Pose, ...] | None,
-    start_hands: tuple[Pose, ...],
+    start_hands: tuple[Pose, ...] | None,
 ) -> HandPath:
     """Returns where the hand must go in the world, and checks that it begins where it is.
 
@@ -239,7 +239,8 @@ def hand_path(
         path: The tool's way.
         frames: ``T_world_frame`` by frame id.
         grasps: ``T_tool_hand`` of the led hand, or of both; None takes them from the start.
-        start_hands: ``T_world_hand`` in the start posture.
+        start_hands: ``T_world_hand`` in the start posture; None if that is not known, and the
+            grasps are.
 
     Raises:
         CandidateRejected: The frame is not known, the grasp needs an orientation that is not
@@ -256,8 +257,10 @@ def hand_path(
                 f"the frame {path.frame_id!r} is not given in `frames`.",
             ),
         )
+    held = grasps if start_hands is None else start_hands
+    assert held is not None
     if path.rotation is None:
-        if len(start_hands) > 1:
+        if len(held) > 1:
             raise _reject(
                 path.index,
                 Fault(
@@ -267,21 +270,25 @@ def hand_path(
                     "where each hand is cannot be told from the object's position alone.",
                 ),
             )
-        return _position_path(path, frame, None if grasps is None else grasps[0], start_hands[0])
+        start = None if start_hands is None else start_hands[0]
+        return _position_path(path, frame, None if grasps is None else grasps[0], start)
     tool = frame @ Pose(path.rotation, path.position)
     first = tool[0]
     held_m = 0.0
     if grasps is None:
+        assert start_hands is not None
         held_m = max(_check_held(path, first.position, start) for start in start_hands)
         grasps = tuple(first.inverse() @ start for start in start_hands)
-    for grasp, start in zip(grasps, start_hands, strict=True):
+    for grasp, start in zip(grasps, start_hands or (), strict=start_hands is not None):
         _check_start(path, first @ grasp, start)
     if len(grasps) == 1:
         return HandPath(path.time_s, tool @ grasps[0], False, (IDENTITY,), held_m)
     return HandPath(path.time_s, tool, False, grasps, held_m)
 
 
-def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: Pose) -> HandPath:
+def _position_path(
+    path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: Pose | None
+) -> HandPath:
     tool = (frame.rotation @ path.position[..., None])[..., 0] + frame.position
     if grasp is not None and np.linalg.norm(grasp.position) > 1e-9:
         raise _reject(
@@ -293,6 +300,9 @@ def _position_path(path: ToolPath, frame: Pose, grasp: Pose | None, start_hand: 
                 "where the hand is cannot be told from the tool's position alone.",
             ),
         )
+    if start_hand is None:
+        # Which way the hand points is then not known; the task does not ask.
+        start_hand = Pose(IDENTITY.rotation, tool[0])
     held_m = _check_held(path, tool[0], start_hand) if grasp is None else 0.0
     offset = start_hand.position - tool[0] if grasp is None else np.zeros(3)
     position = tool + offset

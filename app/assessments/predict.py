@@ -118,7 +118,7 @@ def _predict_task(
             for slot in slots
         ]
     follower = operator.content.follower(method, task)
-    q0 = standing.q[7:][operator.chain.dof_indices]
+    q0 = None if standing.hands is None else standing.q[7:][operator.chain.dof_indices]
     paths: list[LedPath] = []
     faults: dict[int, CandidateRejected] = {}
     for k, slot in enumerate(slots):

@@ -88,8 +88,9 @@ PoseInput = Annotated[PoseParts, BeforeValidator(_parts_of_matrix), WithJsonSche
 class Start(_Strict):
     """The person's posture when the motion begins."""
 
-    #: Angles by joint name, in rad; joints left out stand as in neutral upright standing.
-    joint_position: dict[str, Radian] = {}
+    #: Angles by joint name, in rad; joints left out stand as in neutral upright standing. None: not
+    #: known; what the operator was demonstrated to take with the hand there stands for it.
+    joint_position: dict[str, Radian] | None = {}
     T_world_pelvis: PoseInput
 
 

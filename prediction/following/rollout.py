@@ -177,11 +177,12 @@ class Follower:
         person = int(rng.integers(2**63))
         law = self if precision == "double" else in_single_precision(self)
         usable = [i for i, fault in enumerate(out) if fault is None]
+        start = LikelyStart.of(self) if q0 is None else q0
         for group in self._groups(paths, usable, samples):
             points = max(len(paths[i].time_s) for i in group)
             padded = [paths[i].held(points) for i in group]
             same = np.random.default_rng(person)
-            starts, strayed = self._starts(padded, q0, samples, person)
+            starts, strayed = _starts(padded, start, samples, person)
             run = propagate(
                 law, padded, starts, samples, same, hand=hand_noise, noise=noise, deviation=strayed
             )
@@ -222,17 +223,6 @@ class Follower:
             familiarity=run.familiarity[row, :points],
             followed=run.followed[row, 1:, :points],
         )
-
-    def _starts(
-        self, paths: list[HandPath], q0: Array | None, samples: int, person: int
-    ) -> tuple[Array, Array | None]:
-        """Returns where each roll-out starts, and how far it strays there."""
-        if q0 is not None:
-            return np.broadcast_to(q0, (len(paths), len(q0))), None
-        # Numbers of their own: how many a start takes must not move those of the way.
-        likely = LikelyStart.of(self)
-        drawn = [likely.draw(p, samples, np.random.default_rng([person, 1])) for p in paths]
-        return np.stack([start for start, _ in drawn]), np.stack([stray for _, stray in drawn])
 
     def _checked_start(self, q0: Array, samples: int) -> Array:
         q0 = np.asarray(q0, dtype=np.float64)
@@ -288,3 +278,14 @@ class Follower:
         names: Sequence[str] = getattr(self.chain, "tips", ())
         name = names[worst] if len(names) > 1 else None
         return name, float(distance[worst]), float(angle[worst])
+
+
+def _starts(
+    paths: list[HandPath], start: Array | LikelyStart, samples: int, person: int
+) -> tuple[Array, Array | None]:
+    """Returns where each roll-out starts, and how far it strays there."""
+    if not isinstance(start, LikelyStart):
+        return np.broadcast_to(start, (len(paths), len(start))), None
+    # Numbers of their own: how many a start takes must not move those of the way.
+    drawn = [start.draw(p, samples, np.random.default_rng([person, 1])) for p in paths]
+    return np.stack([q for q, _ in drawn]), np.stack([stray for _, stray in drawn])
