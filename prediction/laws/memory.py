@@ -73,9 +73,10 @@ class NullSpaceMemory:
         steps = []
         for predictor, held in parts:
             elapsed = elapsed_in(held)
-            near = elapsed <= _GAP * np.min(elapsed, initial=np.inf)
-            if not near.any() or not np.isfinite(elapsed[near]).all():
+            follows = np.isfinite(elapsed)
+            if not follows.any():
                 continue
+            near = elapsed <= _GAP * np.median(elapsed[follows])
             steps.append(elapsed[near])
             w = predictor.standardised_residuals(held)
             whole = Previous(_before(_residual(predictor, held)), np.ones(len(held)), np.ones(1))

@@ -62,6 +62,17 @@ def test_memory_of_a_known_process_is_recovered(strays):
     assert abs(again) < 0.05  # nothing is left to be remembered
 
 
+def test_one_hurried_sample_does_not_set_the_pace(strays):
+    demonstrations = strays[0]
+    time_s = demonstrations.time_s.copy()
+    time_s[700] = time_s[701] - 0.1 * DT
+    hurried = replace(demonstrations, time_s=time_s)
+    law = MinimumNormIk.fit(demonstrations, np.random.default_rng(0))
+    memory = NullSpaceMemory.fit([(law, hurried)])
+    assert memory.time_s == pytest.approx(TAU, rel=0.15)
+    assert memory.explained == pytest.approx(1.0, abs=0.03)
+
+
 def test_motion_that_forgets_at_once_has_no_memory_to_speak_of(strays, rng):
     demonstrations = strays[0]
     white = replace(demonstrations, qdot=rng.normal(size=demonstrations.qdot.shape))
