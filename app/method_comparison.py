@@ -8,6 +8,7 @@ from typing import Any
 from app.problems import InvalidRequest, Unreadable
 from app.takes import Part, Take, takes_of
 from app.training import TrainingProgress, motions_of
+from app.unseen import unseen_finding
 from human import Chain, HumanError, Subject
 from human.readers import marker_format
 from prediction import (
@@ -234,7 +235,8 @@ class _Reading:
             demonstrations = demonstrations_from_motion(
                 chain, found.motions[0], rate_hz=self._rate_hz
             )
-            findings = check_demonstrations(chain, demonstrations)
+            unseen = unseen_finding(chain, found.unobserved[0])
+            findings = check_demonstrations(chain, demonstrations) + ((unseen,) if unseen else ())
         except (Unreadable, HumanError, DemonstrationError) as error:
             self.left_out.append(LeftOut(name, str(error).removeprefix(f"{name}: ")))
             return

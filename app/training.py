@@ -8,15 +8,16 @@ import numpy as np
 from app.fitting import body_in_motion
 from app.problems import InvalidRequest
 from app.takes import Take
-from human import HumanModel, Motion, Subject
+from app.unseen import unseen_finding
+from human import Chain, HumanModel, Motion, Subject
 from prediction import (
     Base,
+    DemonstrationError,
     Hand,
     KeptSamples,
     MethodScore,
     OperatorModel,
     TakeSource,
-    TaskChain,
     TrainingOptions,
     compare_methods,
     demonstrations_from_motion,
@@ -50,12 +51,14 @@ class Recorded:
         motions: A motion per recording.
         sources: Name and digest of each recording.
         notes: What the fits said.
+        unobserved: Segments whose pose is a placeholder, by recording; all were seen if empty.
     """
 
     model: HumanModel
     motions: tuple[Motion, ...]
     sources: tuple[TakeSource, ...]
     notes: tuple[str, ...]
+    unobserved: tuple[frozenset[str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +100,11 @@ def motions_of(
         InvalidRequest: The recordings are of different people.
     """
     model, first = known, "the model"
-    motions, sources, notes = [], [], []
+    motions, sources, notes, unobserved = [], [], [], []
     for take in takes:
         body = body_in_motion(take, subject, accept=accept)
         motion = body.whole()
-        notes += [f"{body.source}: {note}" for note in body.notes]
+        notes += [f"{body.source}: {note.removeprefix(f'{body.source}: ')}" for note in body.notes]
         if model is None:
             model, first = body.model, body.source
         elif np.abs(model.offsets - body.model.offsets).max() > _SAME_BONES_M:
@@ -112,8 +115,9 @@ def motions_of(
             )
         motions.append(motion)
         sources.append(TakeSource(body.source, body.digest))
+        unobserved.append(body.unobserved)
     assert model is not None
-    return Recorded(model, tuple(motions), tuple(sources), tuple(notes))
+    return Recorded(model, tuple(motions), tuple(sources), tuple(notes), tuple(unobserved))
 
 
 def train(
@@ -144,11 +148,12 @@ def train(
         should_stop: Asked often.
 
     Raises:
-        PredictionError: The motions cannot teach anything, or are of another person than the
-            model's, or in it already.
+        PredictionError: The motions cannot teach anything, do not show the led hand, or are of
+            another person than the model's, or in it already.
         TrainingCancelledError: ``should_stop`` said so.
     """
     chain = led_chain(recorded.model, hand, base)
+    doubts = _doubts(recorded, chain, add_to)  # refuses what was not measured
     demonstrations = join(
         [
             demonstrations_from_motion(chain, motion, trajectory_id=k, rate_hz=_RATE_HZ)
@@ -191,7 +196,7 @@ def train(
         should_stop=should_stop,
     )
     chosen_by = str(operator.training["chosen_by"])
-    findings = [*_doubts(recorded, chain, add_to), *operator.training["findings"]]
+    findings = [*doubts, *operator.training["findings"]]
     operator = replace(
         operator,
         metrics={**operator.metrics, "chosen_by": chosen_by},
@@ -201,12 +206,18 @@ def train(
     return Trained(operator, tuple(ordered), chosen_by, (*recorded.notes, *findings))
 
 
-def _doubts(recorded: Recorded, chain: TaskChain, add_to: OperatorModel | None) -> list[str]:
+def _doubts(recorded: Recorded, chain: Chain, add_to: OperatorModel | None) -> list[str]:
     """Returns what makes recordings doubtful demonstrations, those added to among them."""
     found = []
     if add_to is not None and add_to.samples is not None:
         earlier = tuple(f"{take.name}: " for take in add_to.samples.takes)
         found = [one for one in add_to.training.get("findings", ()) if one.startswith(earlier)]
+    for source, unobserved in zip(recorded.sources, recorded.unobserved, strict=False):
+        try:
+            unseen = unseen_finding(chain, unobserved)
+        except DemonstrationError as error:
+            raise DemonstrationError(f"{source.name}: {error}") from error
+        found += [f"{source.name}: {unseen}"] if unseen else []
     for source, motion in zip(recorded.sources, recorded.motions, strict=True):
         found += [f"{source.name}: {finding}" for finding in motion_findings(chain, motion)]
     return found

@@ -7,9 +7,11 @@ import pytest
 
 from app.problems import InvalidRequest, Unreadable
 from app.takes import takes_of
-from app.training import motions_of
+from app.training import motions_of, train
+from app.unseen import unseen_finding
 from human import Subject, generate_model, motion_from_configurations
 from human.readers import write_bvh
+from prediction import DemonstrationError, TrainingOptions, led_chain
 
 
 def recording(folder: Path, name: str, subject: Subject) -> str:
@@ -29,6 +31,24 @@ def test_two_people_are_told_apart(tmp_path: Path) -> None:
         motions_of(takes_of(files), tall)
     with pytest.raises(InvalidRequest, match=r"small\.bvh and the model"):
         motions_of(takes_of(files[1:]), small, known=generate_model(tall))
+
+
+def test_a_hand_that_nothing_measured_is_not_learned(tmp_path: Path) -> None:
+    person = Subject(1.75, 70.0)
+    body = generate_model(person)
+    q = np.tile(body.neutral(), (30, 1))
+    q[:, 7:] += 0.01 * np.sin(np.arange(30) / 5.0)[:, None]
+    still = [7 + k for k, name in enumerate(body.dof_names) if name.startswith("jLeft")]
+    q[:, still] = 0.0
+    file = tmp_path / "right.bvh"
+    write_bvh(file, body, motion_from_configurations(body.dof_names, np.arange(30) / 30.0, q))
+    recorded = motions_of(takes_of([str(file)]), person)
+    for hand, base in (("left", "pelvis"), ("both", "pelvis"), ("right", "feet")):
+        with pytest.raises(DemonstrationError, match=r"right\.bvh: neither Left.* was measured"):
+            train(recorded, hand, base, seed=0, options=TrainingOptions())
+    right = led_chain(recorded.model, "right")
+    assert unseen_finding(right, recorded.unobserved[0]) is None
+    assert "T8 not measured" in str(unseen_finding(right, {"T8", "LeftHand"}))
 
 
 def test_a_number_that_is_none_stops_the_reading(tmp_path: Path) -> None:
