@@ -28,7 +28,11 @@ def check_id(value: str, what: str) -> str:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes a file so that a reader sees all of it or none of it."""
+    """Writes a file so that a reader sees all of it or none of it.
+
+    Raises:
+        OSError: It cannot be written, as on a full disk; its ``filename`` is ``path``.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".part-")
     try:
@@ -37,8 +41,11 @@ def write_bytes(path: Path, content: bytes) -> None:
             stream.flush()
             os.fsync(stream.fileno())
         Path(name).replace(path)
-    except BaseException:
+    except BaseException as error:
         Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno is not None:
+            # A full disk is told without saying where.
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
 
 

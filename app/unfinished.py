@@ -33,7 +33,7 @@ class Unfinished(MutableMapping[str, bytes]):
         self.folder = folder
         self._about = dict(about)
         if (folder / _ABOUT).is_file():
-            before = read_json(folder / _ABOUT)
+            before = _told(folder / _ABOUT)
             keys = sorted(before.keys() | self._about.keys())
             differing = [key for key in keys if before.get(key) != self._about.get(key)]
             if differing:
@@ -42,7 +42,7 @@ class Unfinished(MutableMapping[str, bytes]):
                     for key in differing
                 )
                 raise Conflict(f"{folder} holds another training that was broken off ({changes}).")
-        elif folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        elif folder.exists() and not _holds_pieces_alone(folder):
             raise Conflict(f"{folder} is in the way: it is no training that was broken off.")
 
     @staticmethod
@@ -92,6 +92,29 @@ class Unfinished(MutableMapping[str, bytes]):
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}{_PIECE}"
+
+
+def _holds_pieces_alone(folder: Path) -> bool:
+    """Returns whether nothing else is in a folder: one that a crash left while it was emptied.
+
+    A piece without the note of what it is of is no danger: its name says it.
+    """
+    return folder.is_dir() and all(
+        one.name.endswith(_PIECE) or one.name.startswith(f"{_PIECE}-") for one in folder.iterdir()
+    )
+
+
+def _told(about: Path) -> dict[str, Any]:
+    try:
+        before = read_json(about)
+        if not isinstance(before, dict):
+            raise ValueError("no object")
+    except ValueError as error:
+        raise Conflict(
+            f"{about.parent} holds a training that was broken off, but {about.name} in it is "
+            "damaged, so nobody knows which."
+        ) from error
+    return before
 
 
 def _shown(value: Any) -> str:

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from app.cli.output import facts, show
@@ -23,13 +22,12 @@ _NAMES_SHOWN = 6
 
 def print_model(page: Console, title: str, model: Mapping[str, Any]) -> None:
     """Prints a model as `described` gives it."""
-    subject = model["subject"]
     page.print(
         facts(
             title,
             {
                 "format": "operator model",
-                "person": f"{subject['height_m']:g} m, {subject['mass_kg']:g} kg, {subject['sex']}",
+                "person": _person(model["subject"]),
                 "led": f"{model['hand']} hand{'s' if model['hand'] == 'both' else ''}",
                 "stays": model["base"],
                 "method": f"{model['method']} ({model['chosen_by']})",
@@ -51,6 +49,11 @@ def print_model(page: Console, title: str, model: Mapping[str, Any]) -> None:
     _print_weights(page, model["weights"])
     if model["takes"]:
         page.print("The file holds personal data: the motion it was trained on.")
+
+
+def _person(subject: Mapping[str, Any]) -> str:
+    sex = "sex unknown" if subject["sex"] in (None, "unknown") else subject["sex"]
+    return f"{subject['height_m']:g} m, {subject['mass_kg']:g} kg, {sex}"
 
 
 def _print_weights(page: Console, costs: Mapping[str, Any]) -> None:
@@ -107,7 +110,7 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
     page.print(table)
     page.print("told: where the joint velocity of the step before was measured, too.")
     table = Table(
-        title=escape("Closed loop, joint RMSE [deg] by time since the start"),
+        title="Closed loop, joint RMSE [deg] by time since the start",
         title_justify="left",
         box=None,
     )
@@ -132,7 +135,7 @@ def print_report(page: Console, model: Mapping[str, Any]) -> None:
 def _columns(table: Table, titles: Iterable[str]) -> None:
     table.add_column("method", no_wrap=True)
     for title in titles:
-        table.add_column(escape(title), justify="right")
+        table.add_column(title, justify="right")
 
 
 def _millimetres(metres: float | None) -> str:

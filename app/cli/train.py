@@ -219,8 +219,8 @@ def train(
         unfinished = Unfinished(folder, job.about())
     except Conflict as error:
         raise Conflict(
-            f"{error.detail} Give that command again to go on with it, or add --restart to throw "
-            "it away."
+            f"{error.detail} Give the command it was begun with to go on with it, or add "
+            "--restart to throw it away."
         ) from error
     if len(unfinished) and not as_json:
         typer.echo(

@@ -9,12 +9,17 @@ from app.models.schemas import TrainingRequest
 from app.models.service import Models
 from app.operations.schemas import Operation
 from app.operations.service import Control, Operations
-from app.problems import Cancelled, Problem, Unreadable
+from app.problems import Cancelled, InvalidRequest, Problem, Unreadable
 from app.recordings.service import Recordings
 from app.training_job import TrainingJob, training_job
 from app.unfinished import Unfinished
-from human import HumanError
-from prediction import PredictionError, TrainingCancelledError, model_bytes
+from human import HumanError, SubjectError
+from prediction import (
+    PredictionError,
+    TrainingCancelledError,
+    UnsupportedMethodError,
+    model_bytes,
+)
 
 #: Fields of a request that are options of the training.
 _OPTIONS = ("method", "optimizer", "engine", "kernel", "criterion", "weights")
@@ -65,6 +70,8 @@ class Trainings:
                 options={name: getattr(request, name) for name in _OPTIONS},
                 add_to=None if request.add_to is None else self._models.open(request.add_to),
             )
+        except (SubjectError, UnsupportedMethodError) as error:
+            raise InvalidRequest(str(error)) from error
         except (HumanError, PredictionError) as error:
             raise Unreadable(str(error)) from error
 

@@ -15,6 +15,7 @@ from human import Chain
 from human.threads import single_threaded
 from prediction.chain import TASKS, Task, TaskChain
 from prediction.demonstrations import SAMPLES_PER_JOINT, Demonstrations, find_reduction
+from prediction.errors import ModelFileError
 from prediction.following.familiarity import Familiarity
 from prediction.following.joint_limits import JointLimits
 from prediction.joint_costs import joint_costs, weights_in_words
@@ -151,8 +152,8 @@ def train_operator(
             model; `learned_sigma_x` learns it where the command is known.
         start: A model of the same chain whose weights and kernel the search starts from.
         kept: Filled with what is finished. Given again with the same arguments after the training
-            was broken off, the rest is done and the model is the same bit for bit. What is in it
-            for other arguments is left alone.
+            was broken off, the rest and what is damaged is done and the model is the same bit for
+            bit. What is in it for other arguments is left alone.
         progress: Told what is being done, the share done and the log likelihood a sample.
         should_stop: Asked often.
 
@@ -161,7 +162,6 @@ def train_operator(
 
     Raises:
         DemonstrationError: The demonstrations cannot teach anything, or a take is there twice.
-        ModelFileError: A piece of ``kept`` is damaged.
         TrainingCancelledError: ``should_stop`` said so.
     """
     options = TrainingOptions() if options is None else options
@@ -328,8 +328,10 @@ class _Pieces:
     def get(self, name: str, task: Task) -> FittedMethod | None:
         if self.kept is None or self._name(name, task) not in self.kept:
             return None
-        piece = self.kept[self._name(name, task)]
-        return model_from_bytes(piece, "the part done").fitted(name, task)
+        try:
+            return model_from_bytes(self.kept[self._name(name, task)]).fitted(name, task)
+        except ModelFileError:
+            return None  # damaged: it is done again
 
     def put(self, name: str, task: Task, fitted: FittedMethod) -> None:
         if self.kept is not None:

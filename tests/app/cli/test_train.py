@@ -117,6 +117,44 @@ def test_restart_begins_anew_and_touches_nothing_else(
     assert "no training" in said and (strange / "diary.txt").read_text() == "mine"
 
 
+def test_what_a_crash_left_is_gone_on_with_or_thrown_away(
+    tmp_path: Path,
+    reaches: tuple[Path, Path],
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    out = tmp_path / "mine.safetensors"
+    Fits(monkeypatch, stop_at=2)
+    command = ["train", reaches[0], *PERSON, *QUICK, "--out", out]
+    assert run(*command) == 130
+    capsys.readouterr()
+    about = tmp_path / "mine.safetensors.unfinished" / "about.json"
+    for damaged in ('{"met', "[1]"):
+        about.write_text(damaged)
+        said = failed(capsys, *command)
+        assert "about.json in it is damaged" in said and "--restart" in said
+    about.unlink()  # as where a crash came while the folder was emptied
+    assert run(*command) == 0
+    assert "1 fits are done" in " ".join(capsys.readouterr().err.split())
+    assert [path.name for path in tmp_path.iterdir()] == [out.name]
+
+
+def test_a_full_disk_is_said_in_words(
+    tmp_path: Path,
+    reaches: tuple[Path, Path],
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    out = tmp_path / "mine.safetensors"
+    said = failed(capsys, "train", reaches[0], *PERSON, *QUICK, "--out", out)
+    assert "mine.safetensors" in said and "No space left" in said
+    assert not out.exists()
+
+
 def test_inspect_shows_what_a_model_holds(trained_file: Path, capsys: Capture) -> None:
     assert run("inspect", trained_file, "--json") == 0
     model = json.loads(capsys.readouterr().out)
