@@ -114,8 +114,8 @@ class PostureBatch:
             offset: The robot's error, ``(C, rows, 6)`` m and rad; None if it has none.
             dt: Time the step takes, ``(C,)`` s.
             change: Change of the deviation in this step, ``(C, rows, r)`` rad.
-            white: Standard normal numbers of this step for noise of its own, ``(C, rows, r)``,
-                times the root of how many such steps share them; None if there is none.
+            white: Standard normal numbers for noise of its own, ``(C, rows, r)``, times how many
+                steps this one stands for; None if there is none.
         """
         predictor = self.follower.predictor
         self._aim(target, offset)

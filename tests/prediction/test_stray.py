@@ -1,5 +1,7 @@
 """Samples stray from the central path as the band says, in what leaves the hand where it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planar import PlanarChain, planar_demonstrations
@@ -67,3 +69,19 @@ def test_what_strays_at_the_start_returns_over_the_length_of_the_band(rng):
     left = run.q[0] - run.q[0, :1]
     expected = np.exp(-time_s / LENGTH)[:, None] * strayed[:, None]
     np.testing.assert_allclose(left, expected, atol=2e-7)
+
+
+def test_white_noise_is_the_law_of_one_step_drawn_at_every_point():
+    """However finely the way between two points is cut."""
+    person = Resting(True)
+    assert person.path.substeps() > 1
+    law = person.follower.predictor.rescaled(1e-6)
+    white = replace(person.follower, predictor=law)
+    rng = np.random.default_rng(2)
+    run = white.rollout(person.path, person.q0, 4000, rng, noise="white")
+    strayed = run.q[:, -1] - run.central[-1]
+    jacobian = person.chain.forward_and_jacobian(person.q0)[2]
+    step = law.predict(person.q0, np.zeros(2), jacobian).covariance(np.zeros((2, 2)))
+    expected = (POINTS - 1) * person.path.time_s[1] ** 2 * step
+    largest = np.diagonal(expected).max()
+    np.testing.assert_allclose(strayed.T @ strayed / 4000, expected, atol=0.06 * largest)
