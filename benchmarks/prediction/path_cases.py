@@ -1,6 +1,7 @@
 """Hand paths and starts that are not what they seem, and what must become of each."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.prediction.input_world import Case, World, led, same
 from human import Chain, Subject, generate_model
 from human.rotations import rotation_vector_to_matrix
-from prediction import HandNoise, generic_operator
+from prediction import HandNoise, OperatorModel, generic_operator
 
 Array = NDArray[np.float64]
 
@@ -57,6 +58,12 @@ def _child(world: World) -> str:
     small = Chain(generate_model(Subject(1.45, 45.0)))
     place = small.forward(world.start)[0] - world.hand(world.start)[0]
     return led((0, 0.1, 0), target_position=lambda p: p + place)(world)
+
+
+def _of_poses(model: OperatorModel) -> OperatorModel:
+    """The same model as if nothing else had been trained."""
+    poses = {(name, task): one for (name, task), one in model.methods.items() if task == "pose"}
+    return replace(model, methods=poses)
 
 
 def _generic(world: World) -> str:
@@ -137,7 +144,7 @@ PATHS: Mapping[str, Case] = MappingProxyType(
         "a task that was not trained": Case(
             "refused",
             "position",
-            lambda w: led((0, 0.05, 0), target_rotation=None, model=w.train(w.shown))(w),
+            lambda w: led((0, 0.05, 0), target_rotation=None, model=_of_poses(w.model))(w),
         ),
     }
 )
