@@ -48,6 +48,17 @@ def wave(rate=25.0, seconds=1.6, size=0.1):
     return HandPath.checked(time_s, start + way, None)
 
 
+@pytest.mark.parametrize("name", [name for name, cls in METHODS.items() if cls.keeps_hand])
+def test_central_paths_set_out_with_the_mean_of_the_law(followers, name):
+    chain, dt, xdot = PlanarChain(), 1e-4, np.array([0.2, -0.3])
+    position, _, jacobian = chain.forward_and_jacobian(Q0)
+    path = HandPath.checked(np.array([0.0, dt]), position + np.outer([0.0, dt], xdot), None)
+    run = followers[name].rollout(path, Q0, 0, np.random.default_rng(0))
+    rate = (run.central[1] - run.central[0]) / dt
+    mean = followers[name].predictor.predict(Q0, xdot, jacobian).mean
+    np.testing.assert_allclose(rate, mean, atol=1e-3 * np.abs(mean).max())
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_tight_limits_hold_and_so_does_the_hand(followers, name):
     follower = followers[name]
