@@ -39,7 +39,9 @@ def check_stop(should_stop: ShouldStop | None) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """The Gaussian law of the joint velocity at one or many postures.
+    """Mean and covariance of the joint velocity at one or many postures.
+
+    The law is Gaussian, or a t of this covariance: `Predictor.ninety` tells its intervals.
 
     Attributes:
         mean: ``(..., n)`` rad/s.
@@ -209,7 +211,7 @@ class Predictor(ABC):
             previous: What the step before was, where it was measured.
 
         Returns:
-            The Gaussian law; its mean has ``J mean = xdot`` to rounding.
+            The law; its mean has ``J mean = xdot`` to rounding.
         """
         frame = self.basis.frame(jacobian)
         covariance = self._covariance(q, xdot, frame, jacobian, previous)
