@@ -132,7 +132,6 @@ def test_calibrated_bands_hold_what_they_say(walk):
     held = run_held_out(follower, test, stretches, 60, np.random.default_rng(1))
     low, high = sampled_interval(held.run.q[:, 1:], axis=1)
     inside = (held.truth >= low) & (held.truth <= high)
-    print("IN", inside[:, 1:].mean())
     assert 0.8 < inside[:, 1:].mean() < 0.99
 
 
@@ -148,3 +147,29 @@ def test_demonstrations_too_short_to_roll_out_still_give_a_band(walk):
     )
     assert calibration.coverage_rollout is None
     assert np.isfinite(calibration.band.factor).all() and calibration.band.length > 0
+
+
+def test_bands_of_motion_unlike_the_rest_are_not_widened_twice(walk):
+    """Parts in postures of their own: what widens a new one is not in the fitted band as well."""
+    chain, demonstrations = walk
+    part = np.arange(1000) // 250
+    apart = demonstrations.q + 0.4 * part[:, None] * np.array([0.0, 1.0, -1.0, 1.0, 0.0])
+    jacobian = chain.forward_and_jacobian(apart)[2]
+    shifted = replace(demonstrations, q=apart, jacobian=jacobian, trajectory_id=part)
+    predictor = CovIk.fit(shifted, np.random.default_rng(0))
+    reduction = JointReduction.identity(chain.dof_names)
+    limits = JointLimits(np.eye(5), np.full(5, -10.0), np.full(5, 10.0))
+    calibration = calibrate(
+        predictor, shifted, chain, reduction, limits, "position", np.random.default_rng(0)
+    )
+    inside = []
+    for block in shifted.blocks(4):
+        rest, held = shifted.take(~block), shifted.take(block)
+        known = Familiarity.of(shifted).without(rest)
+        follower = Follower(
+            predictor.refitted(rest), chain, reduction, limits, calibration.band, known, "position"
+        )
+        run = run_held_out(follower, held, Stretches.of(held), 40, np.random.default_rng(1))
+        low, high = sampled_interval(run.run.q[:, 1:], axis=1)
+        inside.append(((run.truth >= low) & (run.truth <= high))[:, 1:].ravel())
+    assert np.concatenate(inside).mean() == pytest.approx(0.9, abs=0.05)
