@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from prediction import Demonstrations, Familiarity
-from prediction.following.familiarity import widening
+from prediction.following.familiarity import HALF_S, widening
 from prediction.following.posture_band import PostureBand, fit_band
 
 
@@ -74,6 +74,13 @@ def test_familiarity_without_a_motion_knows_it_less(rng):
     other = wandering(rng, centre=2.0)
     familiarity = Familiarity.of(both)
     assert familiarity.without(other).relative(both.q).mean() < 0.1
+
+
+def test_time_near_a_posture_falls_off_as_a_gaussian():
+    known = Familiarity(np.zeros((1, 3)), 5.0, 0.04, 1.0)
+    far = known.raw(np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]))  # a standard deviation off
+    near = 5.0 * np.exp([0.0, -0.5])
+    np.testing.assert_allclose(far, near / (near + HALF_S))
 
 
 def test_widening_is_one_where_familiar_and_grows_to_its_bound():

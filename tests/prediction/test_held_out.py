@@ -173,3 +173,20 @@ def test_bands_of_motion_unlike_the_rest_are_not_widened_twice(walk):
         low, high = sampled_interval(run.run.q[:, 1:], axis=1)
         inside.append(((run.truth >= low) & (run.truth <= high))[:, 1:].ravel())
     assert np.concatenate(inside).mean() == pytest.approx(0.9, abs=0.05)
+
+
+def test_each_part_is_predicted_from_the_others_alone(walk):
+    chain, demonstrations = walk
+    predictor, learned_from = CovIk.fit(demonstrations, np.random.default_rng(0)), []
+
+    def refit(part):
+        learned_from.append({row.tobytes() for row in part.q})
+        return predictor.refitted(part)
+
+    limits = JointLimits(np.eye(5), chain.lower, chain.upper)
+    reduction = JointReduction.identity(chain.dof_names)
+    rng = np.random.default_rng(0)
+    calibrate(predictor, demonstrations, chain, reduction, limits, "position", rng, refit=refit)
+    every = [row.tobytes() for row in demonstrations.q]
+    left_out = [sum(row not in seen for seen in learned_from) for row in every]
+    assert len(learned_from) == 4 and left_out == [1] * len(every)
