@@ -38,6 +38,12 @@ def test_the_learned_scatter_is_the_true_one_and_the_most_likely(seen, truth, co
         assert density(other) < density(learned)
 
 
+def test_a_hand_that_always_lags_scatters_by_its_lag(seen, truth, commanded):
+    lag = np.array([0.3, -0.2])
+    learned = learned_sigma_x(seen, commanded + lag)
+    np.testing.assert_allclose(learned, truth + np.outer(lag, lag), rtol=0.1)
+
+
 def test_the_model_keeps_it_and_quotes_densities_at_it(seen, commanded):
     options = TrainingOptions(method="cov-ik", tasks=("position",))
     chain, sigma_x = PlanarChain(), learned_sigma_x(seen, commanded)
