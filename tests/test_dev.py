@@ -1,11 +1,14 @@
 """The commands: what they refuse, and how they end."""
 
 import socket
+from argparse import Namespace
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 import dev
+from devtools.checkout import Checkout
 from devtools.commands import Stop
 
 
@@ -54,6 +57,22 @@ def test_a_stop_is_one_problem_and_one_remedy(
     monkeypatch.setattr(dev, "check_machine", stopping(KeyboardInterrupt()))
     assert dev.main(["setup"]) == 130
     assert "stopped" in capsys.readouterr().err
+
+
+def test_bench_runs_all_of_them_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("prediction.__main__", "prediction.speed", "scoring"):
+        path = (tmp_path / "benchmarks" / name.replace(".", "/")).with_suffix(".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"# python -m benchmarks.{name.removesuffix('.__main__')}\n")
+    ran: list[str] = []
+    monkeypatch.setattr(dev, "set_up", lambda *_, **__: None)
+    monkeypatch.setattr(dev, "run_checks", lambda _, found: ran.extend(one.name for one in found))
+    checkout = Checkout(tmp_path, {})
+    dev.bench(checkout, Namespace(names=[]))
+    assert ran == ["prediction", "scoring"]
+    ran.clear()
+    dev.bench(checkout, Namespace(names=["prediction.speed"]))
+    assert ran == ["prediction.speed"]
 
 
 def stopping(error: BaseException) -> Callable[..., None]:
