@@ -232,4 +232,4 @@ def _end(
         if abs(fallen - drop) < _NEAR * drop or (at_bound and fallen < drop):
             break
         away *= float(np.clip(np.sqrt(drop / fallen), 0.4, 2.0))
-    return float(peak[joint] + away)
+    return float(np.clip(peak[joint] + away, -LOG_WEIGHT_BOUND, LOG_WEIGHT_BOUND))

@@ -84,23 +84,20 @@ class Stretches:
         return cls(np.array(pieces, dtype=np.int64))
 
     @classmethod
-    def by_length(
-        cls, demonstrations: Demonstrations, horizon_s: float = HORIZON_S
-    ) -> list["Stretches"]:
-        """Cuts every run: pieces of a horizon, half overlapping, or the whole of a shorter run.
+    def by_length(cls, demonstrations: Demonstrations) -> list["Stretches"]:
+        """Cuts every run: pieces of `HORIZON_S`, half overlapping, or the whole of a shorter run.
 
         Unlike `of`, which takes pieces of one length, this leaves no run out for being short.
 
         Args:
             demonstrations: Samples in time order.
-            horizon_s: Longest piece, s.
 
         Returns:
             Pieces of equal length together, the longest first.
         """
         by_length: dict[int, list[NDArray[np.int64]]] = {}
         for run in demonstrations.runs():
-            found = cls.of(demonstrations.take(run), horizon_s, at_most=len(run))
+            found = cls.of(demonstrations.take(run), at_most=len(run))
             for index in found.index:
                 by_length.setdefault(len(index), []).append(run[index])
         out = []

@@ -1,9 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planar import planar_demonstrations
 from scipy.optimize import minimize
+from scipy.special import stdtrit
 
 from prediction import MiNsGp
+from prediction.laws.null_space import NullSpaceBasis
+from prediction.laws.student_t import NINETY
 from prediction.search.law_search import SearchOptions, criterion_engine, search_law
 from prediction.search.marginal_likelihood import optimise_kernel
 from prediction.search.weight_interval import (
@@ -12,6 +17,7 @@ from prediction.search.weight_interval import (
     _curvature,
     _Directions,
     _end,
+    weight_interval,
 )
 from prediction.search.weight_search import LOG_WEIGHT_BOUND, NullSpaceTargets, mean_zero_axes
 
@@ -74,6 +80,29 @@ def test_ends_are_where_the_profile_with_the_others_at_their_best_has_dropped(fi
             options={"maxfev": 400, "xatol": 1e-6, "fatol": 1e-6},
         )
         assert profile.value(peak) + best.fun == pytest.approx(drop, rel=0.02)
+
+
+def test_samples_that_repeat_one_another_tell_no_more():
+    """Four copies of each: one by one they would make intervals half as wide."""
+    _, demonstrations = planar_demonstrations(seed=3, samples=100)
+    each = np.repeat(np.arange(100), 4)
+    fields = ("q", "qdot", "jacobian", "trajectory_id")
+    repeated = {name: getattr(demonstrations, name)[each] for name in fields}
+    later = demonstrations.time_s[each] + np.tile(np.arange(4) * 1e-4, 100)
+    copies = replace(demonstrations, **repeated, time_s=later)
+    basis = NullSpaceBasis.around(demonstrations.jacobian)
+    profile, axes = Profile(np.eye(400), NullSpaceTargets(copies, basis)), mean_zero_axes(5)
+    best = minimize(
+        lambda x: -profile.value(axes @ x),
+        np.zeros(4),
+        jac=lambda x: -axes.T @ profile.slope(axes @ x),
+    )
+    thirds = [np.arange(400) // 134 == part for part in range(3)]
+    plain, by_parts = (weight_interval(profile, axes @ best.x, parts) for parts in ([], thirds))
+    wider = (by_parts.high - by_parts.low) / (plain.high - plain.low)
+    assert np.median(wider) > 3.0 * stdtrit(2, 0.95) / NINETY
+    for one in (plain, by_parts):
+        assert (np.abs([one.low, one.high]) <= LOG_WEIGHT_BOUND).all()
 
 
 def test_fitting_the_kernel_anew_changes_little(fitted):
