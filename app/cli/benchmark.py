@@ -66,6 +66,8 @@ def prediction(
 
     if out is not None and not out.parent.is_dir():
         raise InvalidRequest(f"--out {out}: the folder {out.parent} does not exist.")
+    if out is not None and out.exists() and not out.is_dir():
+        raise InvalidRequest(f"--out {out}: expected a folder, this is a file.")
     with progress_bar(as_json) as bar:
         task = bar.add_task("reading", total=1.0)
 

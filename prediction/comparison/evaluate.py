@@ -205,7 +205,8 @@ def split_in_time(
     cut = round(share * len(demonstrations))
     if not 0 < cut < len(demonstrations):
         raise DemonstrationError(
-            f"{len(demonstrations)} samples cannot be split at {share:.0%}: give more of them"
+            f"demonstrations of {len(demonstrations)} samples are too short to hold a part out "
+            f"({1.0 - share:.0%} of them): record at least some seconds of motion"
         )
     return demonstrations.take(slice(0, cut)), demonstrations.take(slice(cut, None))
 

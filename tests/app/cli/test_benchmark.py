@@ -85,6 +85,14 @@ def test_a_folder_without_recordings_is_refused_by_name(tmp_path):
     assert "expected recordings of motion" in str(result.exception)
 
 
+def test_a_file_where_the_results_go_is_refused_before_the_work(folder):
+    taken = folder / "notes.txt"
+    result = RUNNER.invoke(cli, ["benchmark", "prediction", str(folder), *PERSON, "--out", taken])
+    assert result.exit_code != 0
+    assert "expected a folder, this is a file" in str(result.exception)
+    assert taken.read_text() == "not a recording"
+
+
 def test_sub_folders_are_primitives_and_what_cannot_be_read_is_left_out_by_name(
     sorted_folder, tmp_path, untrained
 ):
