@@ -128,7 +128,7 @@ def test_split_is_in_time(trained):
     first, rest = split_in_time(demonstrations, 0.7)
     assert len(first) == 210 and len(rest) == 90
     np.testing.assert_array_equal(np.concatenate([first.q, rest.q]), demonstrations.q)
-    with pytest.raises(PredictionError, match="split"):
+    with pytest.raises(PredictionError, match="too short"):
         split_in_time(demonstrations.take(slice(0, 1)))
 
 
