@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 MAX_SAMPLES = 600
 #: Kernels tried from the best start.
 _EVALUATIONS = 40
+#: How far from the start each number is tried first, in logarithm.
+_FIRST_STEP = 1.0
 #: Diagonal added to the output covariance, as a share of it; as for `CovIk`, less strongly.
 _RAISED = 1e-3
 
@@ -90,11 +92,18 @@ class CcGp(JointGaussian):
                 progress("fitting the kernel", min(done / _EVALUATIONS, 1.0), reached)
             return -score + float(((theta - clipped) ** 2).sum())
 
+        # The simplex that scipy makes of a start at zero is too small to go anywhere.
+        simplex = np.vstack([start, start + _FIRST_STEP * np.eye(len(start))])
         minimize(
             cost,
             start,
             method="Nelder-Mead",
-            options={"maxfev": _EVALUATIONS, "xatol": 0.1, "fatol": 1e-3},
+            options={
+                "maxfev": _EVALUATIONS,
+                "xatol": 0.1,
+                "fatol": 1e-3,
+                "initial_simplex": simplex,
+            },
         )
         return cls._of(kept, scaling, best)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from planar import planar_demonstrations
 
-from prediction import CovIk, MiNsGp, TrainingOptions
+from prediction import CcGp, CovIk, MiNsGp, TrainingOptions, WIk
 from prediction.training.train import fit_anew
 
 OPTIONS = TrainingOptions(optimizer="gradient", criterion="held-out", weights="diagonal")
@@ -36,6 +36,16 @@ def test_weights_and_kernel_are_those_of_the_part(two_people):
     assert np.abs(of_whole.log_weights - of_part.log_weights).max() > 0.2
     np.testing.assert_allclose(anew.log_weights, of_part.log_weights, atol=0.02)
     np.testing.assert_allclose(anew.law.theta, of_part.law.theta, atol=0.1)
+
+
+def test_other_searches_are_made_anew_too(two_people, rng):
+    """The kernel of CC-GP and the W of W-IK would tell of the part left out as well."""
+    part = two_people.take(slice(0, 80))
+    kernel = fit_anew(CcGp.fit(two_people, rng), part, rng, OPTIONS).process.theta
+    np.testing.assert_array_equal(kernel, CcGp.fit(part, rng).process.theta)
+    W = fit_anew(WIk.fit(two_people, rng), part, rng, OPTIONS).weights
+    np.testing.assert_allclose(W, WIk.fit(part, rng).weights, rtol=1e-6)
+    assert np.abs(np.log(W / WIk.fit(two_people, rng).weights)).max() > 0.1
 
 
 def test_methods_without_a_search_and_parts_too_small_for_one_are_refitted(two_people):
