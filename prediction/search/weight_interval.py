@@ -97,7 +97,8 @@ class Profile:
     def value(self, log_weights: Array) -> float:
         """Returns the sum over samples, nats, up to a constant."""
         residual = self._map @ self._targets.one(log_weights)
-        return float(-0.5 * len(residual) * np.linalg.slogdet(residual.T @ residual)[1])
+        log_det = float(np.linalg.slogdet(residual.T @ residual)[1])
+        return -0.5 * len(residual) * log_det if np.isfinite(log_det) else -np.inf
 
     def slope(self, log_weights: Array) -> Array:
         """Returns its derivative, ``(n,)``."""
@@ -200,6 +201,11 @@ def _curvature(slope: Callable[[Array], Array], at: Array) -> Array:
     return np.asarray(0.5 * (curvature + curvature.T))
 
 
+def _kept_finite(log_weights: Array) -> Array:
+    """Returns log weights no further out than their ratios at the bound of the search reach."""
+    return np.clip(log_weights, -2.0 * LOG_WEIGHT_BOUND, 2.0 * LOG_WEIGHT_BOUND)
+
+
 def _end(
     profile: Profile, peak: Array, inverse: Array, joint: int, sign: float, drop: float
 ) -> float:
@@ -214,17 +220,19 @@ def _end(
     at = peak
     for _ in range(_STEPS):
         away = float(np.clip(peak[joint] + away, -LOG_WEIGHT_BOUND, LOG_WEIGHT_BOUND) - peak[joint])
-        at = at + (peak[joint] + away - at[joint]) * toward
+        at = _kept_finite(at + (peak[joint] + away - at[joint]) * toward)
         reached = profile.value(at)
         for _ in range(_INNER):
             move = inverse @ profile.slope(at)
             move = move - toward * move[joint]
             share = 1.0
-            while (value := profile.value(at + share * move)) < reached and share > _LEAST:
+            tried = _kept_finite(at + move)
+            while (value := profile.value(tried)) < reached and share > _LEAST:
                 share *= 0.5
-            if value <= reached:
+                tried = _kept_finite(at + share * move)
+            if not value > reached:
                 break
-            gained, reached, at = value - reached, value, at + share * move
+            gained, reached, at = value - reached, value, tried
             if gained < _NEAR * drop:
                 break
         fallen = max(top - reached, 1e-12)

@@ -130,3 +130,26 @@ def test_true_weights_are_inside_and_a_joint_nothing_is_known_of_is_said():
     assert fit.with_interval(demonstrations, "in-sample").interval is None
     open_end = WeightInterval(np.array([-LOG_WEIGHT_BOUND, -1.0]), np.array([0.3, 1.0]), 3)
     assert open_end.identified.tolist() == [False, True]
+
+
+class _NearlyFlat:
+    """A criterion that says next to nothing of two joints, and cannot be worked out far away."""
+
+    across = np.array([-2.0, 1.0, 1.0]) / np.sqrt(6.0)
+
+    def value(self, at):
+        return np.nan if np.abs(at).max() > 100.0 else float(-50.0 * (self.across @ at) ** 2)
+
+    def slope(self, at):
+        # nothing near the peak, thousands away from it: Newton steps there are far too long
+        return -100.0 * (self.across @ at) * self.across + 1e6 * at**3 * [0.0, 1.0, -1.0]
+
+    def moved(self, at, parts, axes):
+        return np.zeros((len(parts), len(at)))
+
+
+def test_an_end_is_a_number_where_the_others_could_run_away():
+    found = weight_interval(_NearlyFlat(), np.zeros(3), [])
+    for ends in (found.low, found.high):
+        assert np.isfinite(ends).all() and np.abs(ends).max() <= LOG_WEIGHT_BOUND
+    assert not found.identified[1] and not found.identified[2]
