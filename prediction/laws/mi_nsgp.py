@@ -91,7 +91,7 @@ class MiNsGp(Predictor):
             progress: Told the log likelihood a sample.
             should_stop: Asked often; see `TrainingCancelledError`.
             kernel: ``separate``, or the paper's single length-scale.
-            optimizer: ``bipop`` (the paper's), or ``gradient``: the same optimum in fewer
+            optimizer: ``bipop`` (the paper's), or ``gradient``: the nearest optimum, in fewer
                 evaluations.
             engine: ``fast``, or ``gpytorch`` as the slow reference.
             criterion: ``marginal`` likelihood; ``held-out``: the density of contiguous parts given

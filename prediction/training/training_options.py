@@ -22,7 +22,7 @@ class TrainingOptions:
             parts of the demonstrations prefer. The baselines are always trained beside it.
         tasks: ``pose``, ``position`` or both; each is a model of its own.
         kernel: See `MiNsGp.fit`.
-        optimizer: See `MiNsGp.fit`; both reach the same optimum, the gradient in a tenth of the
+        optimizer: See `MiNsGp.fit`; the gradient climbs to the nearest optimum in a tenth of the
             time.
         engine: See `MiNsGp.fit`.
         criterion: See `MiNsGp.fit`; by default ``held-out``, because human motion repeats itself
