@@ -19,8 +19,9 @@ from prediction.errors import ModelFileError
 from prediction.following.familiarity import Familiarity
 from prediction.following.joint_limits import JointLimits
 from prediction.joint_costs import joint_costs, weights_in_words
+from prediction.laws.gaussian_laws import WIk
 from prediction.laws.hand_scatter import checked_sigma_x
-from prediction.laws.locov_ik import LoCovIk
+from prediction.laws.joint_process import CcGp, Gp
 from prediction.laws.methods import AUTO, METHODS, method_class
 from prediction.laws.mi_nsgp import MiNsGp
 from prediction.laws.predictor import Predictor, Progress, ShouldStop, check_stop
@@ -93,6 +94,10 @@ def fit_predictor(
     return cls.fit(demonstrations, rng, progress=progress, should_stop=should_stop)
 
 
+#: Laws with numbers that are searched, and that tell of the motion they were searched on.
+_SEARCHED = (MiNsGp, CcGp, Gp, WIk)
+
+
 def fit_anew(
     predictor: Predictor,
     part: Demonstrations,
@@ -105,10 +110,10 @@ def fit_anew(
     W and kernel of `MiNsGp` are searched anew, from those of the whole and on `ANEW_SAMPLES`. Left
     as they were they would tell of the rest: on 19 s of real motion that made held-out roll-outs
     err x.79 of what they do, x.96 with the W of `WIk` and x.97 with the kernel of `CcGp`. The three
-    numbers of `LoCovIk` stay, which made no difference there.
+    numbers of `LoCovIk` stay, which made no difference there; the other laws have none.
     """
     enough = len(part) >= SAMPLES_PER_JOINT * len(part.joint_names)
-    if isinstance(predictor, LoCovIk) or not enough:
+    if not isinstance(predictor, _SEARCHED) or not enough:
         return predictor.refitted(part)
     if not isinstance(predictor, MiNsGp):
         return fit_predictor(predictor.name, part, rng, options, should_stop=should_stop)

@@ -79,7 +79,13 @@ def test_the_client_ranks_candidates_at_once_and_in_the_background(url: str, sce
         assert [one["problem"] for one in later["candidates"]] == [None, None]
 
 
-def test_the_client_trains_and_waits_for_the_model(url: str) -> None:
+def test_the_client_trains_and_waits_for_the_model(tmp_path: Path) -> None:
+    # a service of its own: the newest model of the shared one is the scene's
+    for url in served(Settings(data=tmp_path, api_keys="")):
+        _trains_and_waits(url)
+
+
+def _trains_and_waits(url: str) -> None:
     with Client(url) as client:
         moves: list[str] = []
         model = client.train(

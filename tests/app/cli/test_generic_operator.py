@@ -58,7 +58,11 @@ def test_a_recording_of_the_other_hand_is_told(tmp_path: Path, capsys: Capture) 
     person = operator("average", rng, body)
     motion = simulate_reaching(body, person, rng, movements=2, hand="left", rate_hz=30.0).motion
     file, out = tmp_path / "left.bvh", tmp_path / "model.safetensors"
-    write_bvh(file, body, motion)
+    # an arm to which nothing at all happens would count as not measured
+    q = motion.q.copy()
+    right = [7 + k for k, name in enumerate(body.dof_names) if name.startswith("jRight")]
+    q[:, right] += 0.01 * np.sin(motion.time_s[:, None] + np.arange(len(right)))
+    write_bvh(file, body, motion_from_configurations(body.dof_names, motion.time_s, q))
     train = ("train", file, *BODY, "--method", "cov-ik", "--out", out, "--json")
     assert run(*train) == 0
     notes = json.loads(capsys.readouterr().out)["notes"]
