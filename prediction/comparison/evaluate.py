@@ -32,6 +32,8 @@ SIGMA_ANGULAR = 5e-3
 HORIZONS_S = (0.25, 0.5, 1.0, 2.0)
 #: A point this near a horizon stands for it, s.
 HORIZON_TOLERANCE_S = 0.05
+#: Share of the demonstrations, first in time, that a comparison trains on.
+TRAINED_SHARE = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +190,7 @@ def _rms_deg(errors: Sequence[Array]) -> float:
 
 
 def split_in_time(
-    demonstrations: Demonstrations, share: float = 0.7
+    demonstrations: Demonstrations, share: float = TRAINED_SHARE
 ) -> tuple[Demonstrations, Demonstrations]:
     """Splits demonstrations into the first part and the rest, in time order.
 
@@ -219,7 +221,6 @@ def compare_methods(
     seed: int,
     options: TrainingOptions | None = None,
     task: Task = "pose",
-    share: float = 0.7,
     samples: int = 100,
     kept: MutableMapping[str, bytes] | None = None,
     progress: Progress | None = None,
@@ -233,7 +234,6 @@ def compare_methods(
         seed: Seed of everything.
         options: How to train; only ``task`` is trained.
         task: Pose or position.
-        share: Share trained on.
         samples: Sampled postures a stretch.
         kept: See `train_operator`.
         progress: See `train_operator`.
@@ -248,7 +248,7 @@ def compare_methods(
     """
     options = TrainingOptions() if options is None else options
     options = TrainingOptions(**{**asdict(options), "tasks": (task,)})
-    train, test = split_in_time(demonstrations, share)
+    train, test = split_in_time(demonstrations)
     model = train_operator(
         chain,
         train,
@@ -273,10 +273,10 @@ def compare_methods(
     return model, scores
 
 
-def scores_to_dict(scores: Sequence[MethodScore], share: float = 0.7) -> dict[str, Any]:
+def scores_to_dict(scores: Sequence[MethodScore]) -> dict[str, Any]:
     """Returns the comparison as JSON values for the model file and the command line."""
     return {
-        "split": f"first {share:.0%} in time for training, the rest held out",
+        "split": f"first {TRAINED_SHARE:.0%} in time for training, the rest held out",
         "sigma_x": {"linear_m_s": SIGMA_LINEAR, "angular_rad_s": SIGMA_ANGULAR},
         "scores": [score.to_dict() for score in scores],
     }
